@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 import struct
 import subprocess
@@ -271,3 +272,69 @@ def test_what_is_refused(tmp_path):
         with pytest.raises(kn.KaneError, match=rf"{name}"):
             kn.figures.animate(sol, tmp_path / name)
     kn.figures.animate(sol, tmp_path / "own.png").save(tmp_path / "own.png")  # its own is replaced
+
+
+def test_up_is_against_gravity_as_the_motion_has_it():
+    """A slope by a parameter: of the motion its value counts, not its default."""
+    N = kn.Frame("N")
+    alpha, x, g = kn.parameter("alpha", 0.0, "rad"), kn.coordinate("x", "m"), kn.parameter("g", 9.81, "m/s^2")
+    ball = kn.Particle("ball", kn.Point("O", fixed_in=N).at("P", x * N.x), 1.0)
+    loads = [kn.gravity(g * (kn.sin(alpha) * N.x - kn.cos(alpha) * N.y))]
+    eom = kn.derive(kn.System(N, bodies=[ball], speeds="rates", loads=loads))
+    for slope in (0.0, np.pi / 2):
+        sol = kn.simulate(eom, (0, 0.1), samples=3, q=[0], u=[0], parameters={alpha: slope})
+        np.testing.assert_allclose(kn.animate(sol).model.up, [-np.sin(slope), np.cos(slope), 0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("kind", "sizes", "exact"),
+    [
+        ("frustum", (2.0, 0.0, 3.0), np.pi * 4),
+        ("frustum", (0.0, 2.0, 3.0), np.pi * 4),
+        ("capsule", (0.5, 0.0), np.pi / 6),
+        ("torus", (2.0, 0.0), 0.0),
+        ("capsule", (0.0, 2.0), 0.0),
+        ("frustum", (2.0, 1.0, 0.0), 0.0),
+    ],
+)
+def test_sizes_that_vanish_leave_a_mesh(kind, sizes, exact):
+    mesh = SIZED[kind][0](*sizes)
+    assert np.isfinite(mesh.normals).all()
+    assert volume(mesh) == pytest.approx(exact, rel=0.03, abs=1e-12)
+
+
+def test_a_motion_from_a_pickle_is_played_at_its_samples(tmp_path):
+    """Nothing can be run again: pictures show each sample as long as it is the nearest one."""
+    sol = pickle.loads(pickle.dumps(motion("pendulum")))
+    made = kn.animate(sol, tmp_path / "a.gif")
+    np.testing.assert_array_equal(made.courses[0].times, sol.t)
+    with Image.open(tmp_path / "a.gif") as picture:
+        lasts = []
+        for k in range(picture.n_frames):
+            picture.seek(k)
+            lasts.append(picture.info["duration"])
+    assert sum(lasts) == pytest.approx(1000 * made.played)
+    assert np.ptp(lasts[1:-1]) <= 40
+    assert lasts[0] == pytest.approx(lasts[1] / 2, abs=40)
+    assert kn.report(sol.equations, tmp_path / "a.html", solution=sol).is_file()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.stl", "solid t\nvertex 0 0 0\nvertex 1 0 x\nvertex 0 1 0\n"),
+        ("b.stl", "solid t\nvertex 0 0 0\nvertex 1 0 0\n"),
+        ("c.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
+        ("d.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 a\n"),
+        ("e.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n"),
+    ],
+)
+def test_a_mesh_that_is_none_is_named(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(kn.ModelError, match=rf"a mesh as STL or OBJ, got .*{name}"):
+        read(str(tmp_path / name))
+
+
+def test_the_name_of_an_stl_is_no_vertex(tmp_path):
+    (tmp_path / "a.stl").write_text("solid vertex of a part\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid\n")
+    np.testing.assert_array_equal(read(str(tmp_path / "a.stl")).vertices, [(0, 0, 0), (1, 0, 0), (0, 1, 0)])

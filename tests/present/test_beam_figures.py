@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -77,3 +78,36 @@ def test_campbell_diagram() -> None:
     assert axes.get_ylabel() == "ω [rad/s]"
     with pytest.raises(kn.SimulationError, match=r"a branch from kn\.continuation or cycle\.follow, got int"):
         kn.campbell_diagram(3)
+
+
+def test_times_of_a_beam_figure() -> None:
+    """Times between samples are drawn, none is moved to another one; what is no time of the motion is refused."""
+    beam, system = spinning(modes=2)
+    start: Any = {"q": [0.05, 0.0], "u": [0.0, 0.0], "parameters": {"Omega": 1.0}}
+    sol = kn.simulate(kn.derive(system), (0, 1), samples=3, **start)
+    (axes,) = kn.beam_figure(beam, sol, [0.7, 0.2]).axes
+    assert labels(axes) == ["t = 0.7 s", "t = 0.2 s"]
+    tip = sol.at([0.2, 0.7])[beam.point_at(1).position(beam.root).dot(beam.frame.y)]
+    np.testing.assert_allclose([np.asarray(line.get_ydata())[-1] for line in axes.lines], tip[::-1], rtol=1e-12)
+    assert labels(kn.beam_figure(beam, sol, np.int64(2)).axes[0]) == ["t = 0 s", "t = 1 s"]  # type: ignore[arg-type]
+    read: Any = kn.beam_figure(beam, pickle.loads(pickle.dumps(sol)), [0.6]).axes[0]
+    assert labels(read) == ["t = 0.5 s"]  # it cannot be run again
+    wrong: tuple[Any, ...] = (0, -1, True, 0.1, [], [-0.1], [2.0], [np.nan], "a", [[0.1]])
+    for times in wrong:
+        with pytest.raises(
+            kn.SimulationError, match="Expected times= as times of the motion, from 0 to 1, or how many"
+        ):
+            kn.beam_figure(beam, sol, times)
+    with pytest.raises(kn.SimulationError, match=r"Expected a motion from kn\.simulate, got 3"):
+        kn.beam_figure(beam, 3)  # type: ignore[arg-type]
+
+
+def test_campbell_diagram_of_a_spin_the_other_way() -> None:
+    """Frequencies and lines k |Ω| know no sign."""
+    _, system = spinning(flap=True, modes=2)
+    zero = {"q": dict.fromkeys(system.coordinates, kn.guess(0.0)), "u": dict.fromkeys(system.speeds, 0.0)}
+    branch = kn.continuation(kn.derive(system), "Omega", [0.0, -3.0, -6.0], **zero)
+    axes: Any = kn.campbell_diagram(branch, orders=(1, 20), count=2).axes[0]
+    np.testing.assert_array_equal([line.get_ydata() for line in axes.lines[2:]], np.outer((1, 20), (0, 3, 6)))
+    top = axes.get_ylim()[1]
+    assert [t.xy for t in axes.texts] == [(-6.0, 6.0), (-top / 20, top)]

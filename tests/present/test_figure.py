@@ -121,3 +121,12 @@ def test_what_cannot_be_drawn(sol, tmp_path):
         kn.plot(sol, path=tmp_path / "motion.doc")
     with pytest.raises(kn.ValueMissingError, match=r"Expected one of q1, .*, got 'q9'"):
         kn.plot(sol, "q9")
+
+
+def test_what_draws_nothing_is_refused(sol):
+    with pytest.raises(kn.ArgumentError, match="Expected quantities to plot"):
+        kn.plot(sol, {})
+    with pytest.raises(kn.ArgumentError, match=r"Expected quantities to plot"):
+        kn.plot(sol, {}, ax=Figure().subplots())
+    with pytest.raises(kn.ArgumentError, match="Expected ax= as axes of matplotlib, got 3"):
+        kn.plot(sol, ax=3)

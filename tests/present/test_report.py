@@ -366,3 +366,20 @@ def test_a_motion_with_contacts_lists_what_happens_on_the_way(tmp_path):
     for row, jump in zip(told, sol.jumps, strict=True):
         assert row[1] == jump.events[0].name
         assert float(row[3]) == pytest.approx(jump.energy, rel=1e-3)
+
+
+def test_what_is_no_list_is_refused(tmp_path: Path) -> None:
+    """A text is no list of sources: each letter would be one."""
+    eom = kn.derive(chain(1))
+    shape = kn.figures.shape("sphere", eom.system.bodies[0], radius=1)
+    given: dict[str, Any] = {"sources": "Kane 1985", "checks": ["a"], "shapes": shape, "title": 3}
+    for name, value in given.items():
+        with pytest.raises(kn.KaneError, match=f"Expected {name}= as "):
+            kn.report(eom, tmp_path / "a.md", **{name: value})
+    assert not (tmp_path / "a.md").exists()
+
+
+def test_a_motion_of_one_instant_has_a_report(tmp_path: Path) -> None:
+    sol = moved().at(0.25)
+    assert len(sol) == 1
+    assert "t = 0.25" in kn.report(derived()[1], tmp_path / "a.md", solution=sol).read_text()

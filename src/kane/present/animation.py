@@ -14,15 +14,15 @@ import numpy as np
 from markupsafe import Markup
 
 from kane import expect
-from kane.errors import ArgumentError, cut
-from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import Expr
+from kane.errors import ArgumentError, SimulationError, cut
+from kane.expr.node import ZERO
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+from kane.present.check_figures import taken
 from kane.present.languages.catalogue import N_, tr
 from kane.present.pages import as_json, asset, carried, environment
 from kane.present.scene.gather import scene as scene_of
-from kane.present.scene.records import Posed, Scene
+from kane.present.scene.records import Posed, Scene, against_gravity
 from kane.present.scene.shapes import BodyShape
 from kane.present.viewer.page import PosedMotion, lowest, page_data
 from kane.present.viewer.parts import DrawnModel, model
@@ -54,7 +54,7 @@ class Animation:
     @cached_property
     def model(self) -> DrawnModel:
         """The parts that are drawn."""
-        return model(self.scene, self.courses[0].poses, _up(self.scene))
+        return model(self.scene, self.courses[0].poses, _up(self.scene, self.courses[0].poses))
 
     @cached_property
     def camera(self) -> dict[str, Any]:
@@ -150,7 +150,7 @@ def animate(
 
     Parameters
     ----------
-    solution : a motion, from `simulate`; of several, of one system, the others are shown as ghosts
+    solution : a motion, from `simulate`, one from a file at its samples; of several, of one system, the others are shown as ghosts
     path : file to write: `.html` (one file that needs nothing else), `.glb`, `.gif`, `.png`, `.mp4`
     shapes : of bodies and of what is beside them, from `kn.figures.shape`; else as inertias, points, joints and contacts tell
     traces : points whose paths are drawn
@@ -194,8 +194,11 @@ def _point_index(scene: Scene, point: Point) -> int:
 
 
 def course(scene: Scene, solution: Solution) -> PosedMotion:
-    """The poses at instants enough to be played."""
-    motion = solution.at(_instants(solution))
+    """The poses at instants enough to be played; of a motion that cannot be run again, as one from a file, at its samples."""
+    try:
+        motion = solution.at(_instants(solution))
+    except SimulationError:
+        motion = taken(solution, np.flatnonzero(np.append(np.diff(solution.t) > 0, True)))
     symbols = list(scene.symbols)
     poses = scene.poses(dict(zip(symbols, motion[symbols], strict=True)) if symbols else {})
     axes = {"positions": 2, "rotations": 3, "directions": 2, "scalars": 1}
@@ -219,20 +222,10 @@ def _played(span: float) -> float:
     return span if 1.0 < span < 5 * _PLAYED else _PLAYED
 
 
-def _up(scene: Scene) -> Array:
+def _up(scene: Scene, poses: Posed) -> Array:
     """Against gravity, else the inertial frame's third axis, or its second where nothing leaves the plane of the first two."""
-    for a in scene.actions:
-        if a.kind == "gravity":
-            numbers = [float(x) for x in (_value(e) for e in scene.directions[a.direction])]
-            size = float(np.linalg.norm(numbers))
-            if size > 0:
-                return -np.array(numbers) / size
-    flat = all(str(p[2]) == "0" for p in scene.positions)
-    return np.array([0.0, 1.0, 0.0]) if flat else np.array([0.0, 0.0, 1.0])
-
-
-def _value(e: Expr) -> float:
-    return float(evaluate(e, {s: 1.0 if s.default is None else s.default for s in free_symbols([e])}))
+    flat = all(p[2] is ZERO for p in scene.positions)
+    return against_gravity(scene, poses.directions[0], np.array([0.0, 1.0, 0.0] if flat else [0.0, 0.0, 1.0]))
 
 
 def _front(scene: Scene, course: PosedMotion, up: Array) -> Array:

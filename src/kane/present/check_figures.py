@@ -82,10 +82,11 @@ def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Che
 
 
 def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:
-    return _taken(solution, places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))])
+    return taken(solution, places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))])
 
 
-def _taken(solution: Solution, at: npt.NDArray[np.int_]) -> Solution:
+def taken(solution: Solution, at: npt.NDArray[np.int_]) -> Solution:
+    """Some of the samples."""
     equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
     parts: dict[str, Any] = {what: getattr(solution, what)[at] for what in ("t", "states", "work", "phase")}
     return replace(solution, samples=equations, **parts)
@@ -95,7 +96,7 @@ def _by_mode(solution: Solution) -> list[Solution]:
     """The parts of a motion in each mode of contacts, of the equations that hold there; all of one that has none."""
     modes = list(dict.fromkeys(eom for eom in solution.samples if eom.system.modes))
     at = [np.flatnonzero([own is eom for own in solution.samples]) for eom in modes]
-    return [replace(_taken(solution, k), equations=eom) for eom, k in zip(modes, at, strict=True)] or [solution]
+    return [replace(taken(solution, k), equations=eom) for eom, k in zip(modes, at, strict=True)] or [solution]
 
 
 def _at(solution: Solution) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.linear import Linear
 from kane.analysis.solution_branches import Branch
 from kane.equations.equations import Equations, check_equations
@@ -25,7 +26,7 @@ from kane.present.overview import Cell, PageTable, Tex, declared_tables
 from kane.present.pages import plain
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
-from kane.present.scene.shapes import BodyShape
+from kane.present.scene.shapes import BodyShape, shapes_of
 from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 
@@ -93,8 +94,11 @@ def content_of(
         )
     kept = checked(notes)  # before all that takes time
     check_small_motions(eom, linearization, root_locus)
-    told = [_in_language(check, solution) for check in checks]
-    shapes, whole = tuple(shapes), eom
+    given = expect.instances(checks, Check, "checks= as a list of kn.Check", "Write checks=[…].", error=ArgumentError)
+    quoted = expect.instances(sources, str, "sources= as a list of texts", 'Write sources=["…"].', error=ArgumentError)
+    expect.that(title is None or isinstance(title, str), "title= as a text", title, error=ArgumentError)
+    told = [_in_language(check, solution) for check in given]
+    shapes, whole = shapes_of(shapes), eom
     if solution is not None and eom.system.modes_change:
         eom = solution.samples[0]
     moving = scene(whole, shapes)
@@ -112,7 +116,7 @@ def content_of(
         other_methods=why_kane(eom) if (is_small(eom) if why is None else why) else None,
         receipt=costs(eom),
         checks=told if solution is None else [*told, *motion_checks(solution, told)],
-        sources=tuple(sources),
+        sources=quoted,
         solution=solution,
         tables=() if solution is None else (_start(solution), *_reactions(solution), *_changes(solution)),
         sections=tuple(sections(whole, linearization, root_locus)),

@@ -11,6 +11,7 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kane import expect
 from kane.errors import ArgumentError
 from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
@@ -76,13 +77,13 @@ def plot(
     runs = runs_of(solution)
     place = file_path(path, 'kn.plot(sol, path="motion.svg")')
     made = panels(runs, quantities)
+    expect.that(made, "quantities to plot", quantities, error=ArgumentError)
     names = [run.name for run in runs]
     if ax is None:
         figure = _new(runs, made, names)
     else:
-        whole = ax.get_figure(root=True)
-        assert whole is not None
-        figure = whole
+        holder = expect.instance(ax, Axes, "ax= as axes of matplotlib", error=ArgumentError).get_figure(root=True)
+        figure = expect.instance(holder, Figure, "ax= as axes that a figure holds", error=ArgumentError)
         if len({panel.across for panel in made}) > 1:
             raise ArgumentError("Expected quantities against time, or tuples (x, y), for one pair of axes, got both.")
         one = Panel("", tuple(trace for panel in made for trace in panel.traces), made[0].across)

@@ -2,6 +2,7 @@
 """Figures of a beam: the functions of its deformations, and its deformed axis along a motion."""
 
 from collections.abc import Sequence
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
-from kane.errors import ModelError, SimulationError, cut
+from kane import expect
+from kane.errors import SimulationError
 from kane.model.beams.beam import Beam
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
@@ -32,7 +34,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     beam : kn.Beam
     path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     """
-    _check(beam)
+    expect.instance(beam, Beam, "a kn.Beam")
     place = file_path(path, 'kn.figures.mode_figure(beam, "modes.svg")')
     fields = beam.deformation.fields
     figure, column = _column(len(fields), 2.2, "ξ = x/L")
@@ -65,22 +67,22 @@ def beam_figure(
     ModelError
         if it is no beam
     SimulationError
-        if the beam is not in the solution's system
+        if the beam is not in the solution's system, or a time not in the motion
     """
-    _check(beam)
+    expect.instance(beam, Beam, "a kn.Beam")
     place = file_path(path, 'kn.figures.beam_figure(beam, sol, path="beam.svg")')
-    if all(b is not beam for b in solution.equations.system.bodies):
+    motion = expect.instance(solution, Solution, "a motion from kn.simulate", error=SimulationError)
+    if all(b is not beam for b in motion.equations.system.bodies):
         raise SimulationError(f"Expected a motion of a system with the beam {beam.name}, got one without it.")
-    places = deformed(beam, solution, np.linspace(0, 1, _STATIONS))
-    wanted = np.linspace(solution.t[0], solution.t[-1], times) if isinstance(times, int) else np.asarray(times, float)
-    rows = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
     bending = beam.deformation.bending
+    motion, rows = _at(motion, times)
+    places = deformed(beam, motion, np.linspace(0, 1, _STATIONS))
     figure, column = _column(len(bending), 2.6, "along the axis [m]")
-    scale = _scale(solution.t[rows])
-    colours = scale.to_rgba(solution.t[rows])
+    scale = _scale(motion.t[rows])
+    colours = scale.to_rgba(motion.t[rows])
     for k, (f, axes) in enumerate(zip(bending, column, strict=True), 1):
         for row, colour in zip(rows, colours, strict=True):
-            label = f"t = {solution.t[row]:.3g} s"
+            label = f"t = {motion.t[row]:.3g} s"
             axes.plot(places[row, :, 0], places[row, :, k], color=colour, linewidth=1.2, label=label)
         axes.set_ylabel(f"{_NAMES[f.stem]} [m]")
     if len(rows) <= _NAMED:
@@ -90,11 +92,27 @@ def beam_figure(
     return saved(figure, place)
 
 
+def _at(solution: Solution, times: Any) -> tuple[Solution, list[int]]:
+    """The motion and its samples at the times; of one that cannot be run again, as one from a file, the nearest samples."""
+    begin, end = float(solution.t[0]), float(solution.t[-1])
+    told = f"times= as times of the motion, from {begin:.9g} to {end:.9g}, or how many"
+    if isinstance(times, Integral):
+        wanted = np.linspace(begin, end, expect.whole(times, told, least=1, error=SimulationError))
+    else:
+        wanted = expect.floats(times, told, error=SimulationError)
+    inside = (begin <= wanted) & (wanted <= end)
+    expect.that(wanted.ndim == 1 and wanted.size and inside.all(), told, times, error=SimulationError)
+    distinct, rows = np.unique(wanted, return_inverse=True)
+    try:
+        return solution.at(distinct), rows.tolist()
+    except SimulationError:
+        return solution, [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
+
+
 def _scale(times: Array) -> ScalarMappable:
     """Colours of times, the last ones not too pale."""
     shades = ListedColormap(mpl.colormaps["viridis"](np.linspace(0, 0.9, 256)))
-    first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 1.0)
-    return ScalarMappable(Normalize(first, last), shades)
+    return ScalarMappable(Normalize(float(times.min()), float(times.max())), shades)
 
 
 def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
@@ -104,11 +122,6 @@ def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
     wanted = [whole.place(float(x)).dot(e) for x in stations for e in directions]
     values = np.array(solution[wanted])
     return np.moveaxis(values.reshape(len(stations), len(directions), -1), 2, 0)
-
-
-def _check(beam: Any) -> None:
-    if not isinstance(beam, Beam):
-        raise ModelError(f"Expected a kn.Beam, got {cut(repr(beam))}.")
 
 
 # Axes ------------------------------------------------------------------------------------------------------------------------

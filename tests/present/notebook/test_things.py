@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from html.parser import HTMLParser
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.errors import Attributes
 from kane.gallery import pendulum
 from kane.gallery.pendulums import system as chain
 from tests.present.disk import derived, moved
@@ -371,3 +372,23 @@ def test_a_system_begins_with_its_sketch() -> None:
     assert shown.count('class="kane-sketch"') == 1
     assert shown.index("<svg") < shown.index("<table")
     assert 'data-s="theta"' in shown
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (1234567, "1234567"),
+        (np.int64(12345678), "12345678"),
+        (np.True_, "yes"),
+        (np.array(2.5), "2.5"),
+        (1.5e7, "1.5e+07"),
+    ],
+)
+def test_numbers_within_records(value: Any, shown: str) -> None:
+    """Counts keep all their digits, and NumPy's values are shown as Python's."""
+
+    @dataclass(frozen=True)
+    class Counted(Attributes):
+        evaluations: Any
+
+    assert Shown(Counted(value)._repr_html_()).rows == [["evaluations", shown]]

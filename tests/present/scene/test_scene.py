@@ -164,6 +164,15 @@ def test_what_is_no_shape_is_refused(tmp_path: Any) -> None:
         scene(system, [shape("sphere", stranger, radius=1)])
     with pytest.raises(ModelError, match="STL or OBJ"):
         shape("mesh", top, file="x.glb")
+    with pytest.raises(ModelError, match="Expected a path as file= of the mesh, got 3"):
+        shape("mesh", top, file=3)  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match=r"kind of a shape, one of .*got \['cone'\]"):
+        shape(["cone"], top)  # type: ignore[arg-type]
+    for given, told in (("frame", "a frame as frame="), ("at", "a point as at=")):
+        with pytest.raises(ModelError, match=f"Expected {told} of the sphere, got 'B'"):
+            shape("sphere", top, radius=1, **{given: "B"})
+    with pytest.raises(ModelError, match="Expected points of the link, got 1"):
+        shape("link", top, points=[1, 2])  # type: ignore[list-item]
     with pytest.raises(ArgumentError, match=r"a kn\.System or its Equations"):
         scene(top)  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="mesh that can be read"):

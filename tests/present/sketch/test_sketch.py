@@ -223,3 +223,20 @@ def test_what_cannot_be_drawn_is_refused() -> None:
         kn.sketch(system, width=100)
     with pytest.raises(KaneError, match="phi"):
         kn.sketch(system, q={"phi": 1.0})
+
+
+def test_arguments_that_no_sketch_has_are_refused(tmp_path: Path) -> None:
+    """An ending of another format, angles that are no finite numbers, a title that is no text, shapes that are no list."""
+    system = load("pendulum").system()
+    with pytest.raises(ArgumentError, match=r"a file for the sketch that ends in \.svg, \.pdf, \.png, got .*a\.jpg"):
+        kn.sketch(system, tmp_path / "a.jpg")
+    assert not (tmp_path / "a.jpg").exists()
+    assert kn.sketch(system).save(tmp_path / "a").read_text().startswith("<svg")
+    values: tuple[Any, ...] = (float("nan"), float("inf"), "a", [1.0])
+    for value in values:
+        with pytest.raises(ModelError, match="Expected a finite number for theta in q="):
+            kn.sketch(system, q={"theta": value})
+    with pytest.raises(ModelError, match="Expected title= of a sketch as a text, got 3"):
+        kn.sketch(system, title=3)  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match=r"Expected shapes= as shapes of kn\.figures\.shape, got BodyShape"):
+        kn.sketch(system, shapes=kn.figures.shape("sphere", system.bodies[0], radius=1))  # type: ignore[arg-type]

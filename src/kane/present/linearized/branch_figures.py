@@ -197,13 +197,13 @@ def campbell_diagram(
 ) -> Figure:
     """The lowest frequencies of a branch of steady rotations against the value that changes, the spin in rad/s.
 
-    Where one meets a line k Ω an excitation k times a turn finds its resonance.
+    Where one meets a line k |Ω| an excitation k times a turn finds its resonance.
 
     Parameters
     ----------
     branch : from `kn.continuation`, with a spin as the symbol
     path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
-    orders : the k of the lines k Ω
+    orders : the k of the lines k |Ω|
     count : how many frequencies
 
     Raises
@@ -219,18 +219,18 @@ def campbell_diagram(
     axes.plot(branch.values, rows, color=_INKS.line, linewidth=1.4)
     top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
     for k in orders:
-        axes.plot(branch.values, k * branch.values, color=_INKS.guide, linewidth=0.8, linestyle=(0, (4, 2)))
-        _name(axes, k, float(branch.values[-1]), top)
+        axes.plot(branch.values, k * np.abs(branch.values), color=_INKS.guide, linewidth=0.8, linestyle=(0, (4, 2)))
+        _name(axes, k, float(max(reversed(branch.values[[0, -1]]), key=abs)), top)
     axes.set_ylim(0, top)
     axes.set_xlabel(label)
     axes.set_ylabel("ω [rad/s]")
     return saved(figure, place)
 
 
-def _name(axes: Any, k: float, last: float, top: float) -> None:
-    """The name of the line k Ω where it ends, or leaves the picture."""
-    steep = k * last > top
-    place = (top / k, top) if steep else (last, k * last)
+def _name(axes: Any, k: float, far: float, top: float) -> None:
+    """The name of the line k |Ω| where it ends, at the fastest spin, or leaves the picture."""
+    steep = k * abs(far) > top
+    place = (np.copysign(top / k, far), top) if steep else (far, k * abs(far))
     aside: dict[str, Any] = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}
     axes.annotate(
         f"{k:g} Ω", place, textcoords="offset points", fontsize=8, color="0.4", annotation_clip=False, **aside

@@ -54,9 +54,9 @@ def _text(value: Any) -> str:
 
 
 def _array(values: np.ndarray) -> str:
-    if values.size > _ITEMS or values.ndim != 1:
+    if values.size > _ITEMS or values.ndim > 1:
         return f"{' × '.join(map(str, values.shape))} numbers"
-    return ", ".join(f"{v:.6g}" if np.issubdtype(values.dtype, np.number) else escaped(v) for v in values.tolist())
+    return ", ".join(cell(v) if np.issubdtype(values.dtype, np.number) else escaped(v) for v in values.ravel().tolist())
 
 
 def _pairs(values: Mapping[Any, Any]) -> str:
@@ -74,7 +74,8 @@ def _rest(values: Any) -> list[str]:
 
 _CELLS: dict[Any, Callable[[Any], str]] = {
     type(None): lambda _: "",
-    bool: lambda yes: "yes" if yes else "no",
+    bool | np.bool_: lambda yes: "yes" if yes else "no",
+    int | np.integer: str,
     str: lambda text: escaped(cut(text, _LETTERS)),
     Symbol: lambda s: math(symbol_latex(s)),
     Expr: lambda e: expression(e).cell,
@@ -82,7 +83,7 @@ _CELLS: dict[Any, Callable[[Any], str]] = {
     Dyadic: lambda d: dyadic(d).cell,
     Matrix: lambda m: matrix(m).cell,
     Frame | Point: lambda place: math(point_latex(place.name)),
-    int | float | complex | np.number: lambda x: escaped(f"{x:.6g}"),
+    float | complex | np.number: lambda x: escaped(f"{x:.6g}"),
     np.ndarray: _array,
     Mapping: _pairs,
     tuple | list | set | frozenset: _several,

@@ -18,7 +18,7 @@ from kane.model.system import System
 from kane.present.scene.default_shapes import body_items, ground_items, holding_items
 from kane.present.scene.moves import actions, center_of, load_items, movements
 from kane.present.scene.records import Item, Mark, Quantities, Scene, Triad
-from kane.present.scene.shapes import BodyShape, declared_item
+from kane.present.scene.shapes import BodyShape, declared_item, shapes_of
 from kane.space.frame import Frame, Point
 
 _MANY = 3
@@ -42,12 +42,7 @@ def scene(system: System | Equations, shapes: Iterable[BodyShape] = ()) -> Scene
         if a shape is that of a body of another system
     """
     model = system_of(system)
-    told = (
-        tuple(expect.items(shapes, "shapes=", "Write [kn.figures.shape(…)]."))
-        if not isinstance(shapes, tuple)
-        else shapes
-    )
-    expect.instances(told, BodyShape, "shapes of kn.figures.shape")
+    told = shapes_of(shapes)
     for s in told:
         if s.of is not None and all(s.of is not b for b in model.bodies):
             raise ModelError(f"Expected shapes of bodies of the system, got one of {s.of.name}.")

@@ -176,6 +176,15 @@ class Scene(Immutable):
 _RECORDS = ("items", "movements", "actions", "marks", "triads")
 
 
+def against_gravity(scene: Scene, directions: Array, otherwise: Array) -> Array:
+    """Against gravity as the directions of a pose tell it, else the way that is given."""
+    for a in scene.actions:
+        g = directions[a.direction]
+        if a.kind == "gravity" and (size := np.linalg.norm(g)) > 0:
+            return np.asarray(-g / size)
+    return otherwise
+
+
 class Quantities:
     """Positions, axes, directions and scalars as they are asked for, each once."""
 

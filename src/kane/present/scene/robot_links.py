@@ -13,10 +13,9 @@ from kane.errors import ArgumentError
 from kane.interop.imported import Imported
 from kane.interop.robots.records import LinkShape
 from kane.model.bodies import RigidBody
-from kane.present.scene.shapes import KINDS, BodyShape, shape
+from kane.present.scene.shapes import KINDS, MESHES, BodyShape, shape
 from kane.space.frame import Frame, Point
 
-_MESHES = (".stl", ".obj")
 _PLAIN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -59,7 +58,7 @@ def _is_there(s: LinkShape) -> bool:
     """Whether there is something to draw: a mesh needs its file, in metres."""
     if s.kind != "mesh":
         return len(s.size) == len(KINDS[s.kind])
-    return s.size in ((), (1.0, 1.0, 1.0)) and Path(s.file).suffix.lower() in _MESHES and Path(s.file).is_file()
+    return s.size in ((), (1.0, 1.0, 1.0)) and Path(s.file).suffix.lower() in MESHES and Path(s.file).is_file()
 
 
 def _placed(seen: list[LinkShape], body: RigidBody | None, frame: Frame, origin: Point) -> Iterator[BodyShape]:

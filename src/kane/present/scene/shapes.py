@@ -3,18 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from kane import expect
-from kane.errors import ModelError, cut, none_of
+from kane.errors import ModelError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.model.bodies import Body, RigidBody
 from kane.model.constraints import check_unit
 from kane.model.solids import Inertia
+from kane.numeric.sampling import SEED, sample
 from kane.present.scene.records import Item, Quantities
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -43,6 +46,8 @@ KINDS: dict[str, tuple[str, ...]] = {
     "mesh": (),
 }
 """The sizes of each kind of shape."""
+MESHES = (".stl", ".obj")
+"""Endings of the files of meshes."""
 _FROM_POINTS = ("link", "spring", "damper", "rope")
 _SOLIDS = {
     "thin disk": "disk",
@@ -106,18 +111,21 @@ def shape(
     ModelError
         if there is no such kind, it has no place, or its sizes are not those of its kind
     """
-    if kind not in KINDS:
-        raise ModelError(f"Expected the kind of a shape, one of {none_of(KINDS, kind)}")
-    wanted = KINDS[kind]
+    wanted = KINDS[expect.one_of(kind, KINDS, "the kind of a shape,")]
     if set(sizes) != set(wanted):
         said, came = ", ".join(wanted) or "no sizes", ", ".join(sizes) or "none"
         raise ModelError(f"Expected {said} for a {kind}, got {came}. See kn.figures.shape.")
-    if of is not None and not isinstance(of, Body):
-        raise ModelError(f"Expected a body as of= of the {kind}, got {cut(repr(of))}.")
+    for given, wanted_type, told in (
+        (of, Body, "a body as of="),
+        (frame, Frame, "a frame as frame="),
+        (at, Point, "a point as at="),
+        (file, str | Path, "a path as file="),
+    ):
+        expect.that(given is None or isinstance(given, wanted_type), f"{told} of the {kind}", given)
     parts = of.parts() if of is not None else ()
     frame = frame or next((p.frame for p in parts if p.frame is not None), None)
     at = at or next((p.mass_center for p in parts), None)
-    through = expect.items(points, f"points of the {kind}", "Write [P, Q].") if points else ()
+    through = expect.instances(points, Point, f"points of the {kind}", "Write [P, Q].")
     if kind in _FROM_POINTS:
         expect.that(len(through) > 1, f"points=[P, Q, …] of the {kind}", came=f"{len(through)} points")
     elif at is None or (frame is None and kind not in ("sphere", "plane")):
@@ -125,10 +133,15 @@ def shape(
     if axis is not None:
         check_unit(axis, f"axis of the {kind}")
     if kind == "mesh":
-        expect.that(Path(file).suffix.lower() in (".stl", ".obj"), "file= of a mesh as STL or OBJ", str(file))
+        expect.that(Path(file).suffix.lower() in MESHES, "file= of a mesh as STL or OBJ", str(file))
     label = name or (of.name if of is not None else kind)
     lengths = {k: as_expr(sizes[k]) for k in wanted}
-    return BodyShape(kind, of, lengths, frame, at, axis, tuple(through), str(file), label)
+    return BodyShape(kind, of, lengths, frame, at, axis, through, str(file), label)
+
+
+def shapes_of(given: Iterable[BodyShape]) -> tuple[BodyShape, ...]:
+    """Declared shapes, as arguments have them."""
+    return expect.instances(given, BodyShape, "shapes= as shapes of kn.figures.shape", "Write [kn.figures.shape(…)].")
 
 
 def declared_item(s: BodyShape, into: Quantities) -> Item:
@@ -137,12 +150,11 @@ def declared_item(s: BodyShape, into: Quantities) -> Item:
         return Item(s.kind, s.name, "body", points=tuple(map(into.position, s.points)))
     assert s.at is not None
     sizes = {k: into.scalar(e) for k, e in s.sizes.items()}
-    axes = None
+    home, axes = s.frame or into.inertial, None
     if s.frame is not None or s.axis is not None:
-        home = s.frame or into.inertial
         axes = into.frame(home) if s.axis is None else along(into, home, s.axis)
     role = "ground" if s.kind == "plane" and s.of is None else "body"
-    normal = None if s.kind != "plane" else into.direction(s.axis or (s.frame or into.inertial).z)
+    normal = None if s.kind != "plane" else into.direction(s.axis or home.z)
     return Item(s.kind, s.name, role, into.position(s.at), axes, (), sizes, normal, s.file)
 
 
@@ -154,16 +166,9 @@ def along(into: Quantities, frame: Frame, axis: Vector, towards: Vector | None =
     for i, e in enumerate(own):
         if all(a is b for a, b in zip(axis.components(frame), e.components(frame), strict=True)):
             return into.axes(own[(i + 1) % 3], own[(i + 2) % 3], own[i])
-    numbers = [abs(_size(x)) for x in axis.components(frame)]
-    e = own[numbers.index(min(numbers))]
+    e = own[int(np.argmin(np.abs(sample(list(axis.components(frame)), SEED))))]
     first = e.cross(axis).normalized()
     return into.axes(first, axis.cross(first), axis)
-
-
-def _size(e: Expr) -> float:
-    from kane.numeric.sampling import SEED, sample
-
-    return sample([e], SEED)[0]
 
 
 def solid_item(body: RigidBody, into: Quantities) -> Item | None:
@@ -174,12 +179,8 @@ def solid_item(body: RigidBody, into: Quantities) -> Item | None:
         return None
     sizes = {k: into.scalar(e) for k, e in solid.sizes.items()}
     at = into.position(body.mass_center, -solid.centroid)
-    towards = None
-    if kind in ("half cylinder", "sector", "arc"):
-        towards = solid.centroid.normalized()
-    axes = into.frame(solid.frame)
-    if solid.axis is not None:
-        axes = along(into, solid.frame, solid.axis, towards)
+    towards = solid.centroid.normalized() if kind in ("half cylinder", "sector", "arc") else None
+    axes = into.frame(solid.frame) if solid.axis is None else along(into, solid.frame, solid.axis, towards)
     return Item(kind, body.name, "body", at, axes, (), sizes)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.present.scene.records import Posed, Scene
+from kane.present.scene.records import Posed, Scene, against_gravity
 from kane.present.sketch.pose import Pose
 
 _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
@@ -39,7 +39,7 @@ class View:
 
 def view_of(scene: Scene, pose: Pose) -> View:
     """The view of a scene in a pose."""
-    up = upward(scene, pose.posed)
+    up = against_gravity(scene, pose.posed.directions, np.array([0.0, 0.0, 1.0]))
     normal = _plane(scene, pose, up)
     if normal is not None:
         if abs(up @ normal) > 0.5:
@@ -49,17 +49,6 @@ def view_of(scene: Scene, pose: Pose) -> View:
             normal, right = -normal, -right
         return View(right, up, normal, True)
     return _searched(scene, pose, up)
-
-
-def upward(scene: Scene, posed: Posed) -> Array:
-    """Against gravity; without it y in what moves in a plane, else z."""
-    for a in scene.actions:
-        if a.kind == "gravity":
-            g = posed.directions[a.direction]
-            size = np.linalg.norm(g)
-            if size > 0:
-                return np.asarray(-g / size)
-    return np.array([0.0, 0.0, 1.0])
 
 
 def _plane(scene: Scene, pose: Pose, up: Array) -> Array | None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from kane import expect
 from kane.equations.equations import Equations
+from kane.errors import ArgumentError
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.present.languages.catalogue import N_, tr
@@ -62,6 +63,13 @@ class Sketch:
     def save(self, path: str | Path) -> Path:
         """Write it as SVG, or PDF or PNG where the path ends so, to a file that a sketch alone may have before; return the path."""
         target = path_of(path, 'sketch.save("system.svg")')
+        known = target.suffix.lower() in ("", *FORMATS)
+        expect.that(
+            known,
+            f"a file for the sketch that ends in {', '.join(FORMATS)}",
+            came=repr(str(target)),
+            error=ArgumentError,
+        )
         exchange_marked(target, partial(save, self), *MARKS)
         return target
 
@@ -109,12 +117,13 @@ def sketch(
     Raises
     ------
     ArgumentError
-        if there is no system, or the width is none
+        if there is no system, or the path ends in something else
     ModelError
-        if the shapes are of other bodies, or `q` names what is no coordinate
+        if the shapes are of other bodies, the width is none, or `q` names what is no coordinate or gives it no finite value
     """
     right = expect.is_number(width) and _LEAST <= width <= _MOST
     expect.that(right, f"width= of a sketch as pixels from {_LEAST} to {_MOST}", width)
+    expect.that(title is None or isinstance(title, str), "title= of a sketch as a text", title)
     drawn = draw(scene_of(system, shapes), int(width), q, title)
     if path is not None:
         drawn.save(path)

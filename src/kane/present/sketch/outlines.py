@@ -5,14 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from kane.errors import ModelError
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed
-from kane.present.viewer.mesh_files import obj_vertices, stl_corners
+from kane.present.viewer.mesh_files import vertices_of
 
 _ROUND = np.linspace(0.0, 2 * np.pi, 49)
 _HALF = np.linspace(-np.pi / 2, np.pi / 2, 25)
@@ -185,13 +184,7 @@ def _left(a: Array, b: Array, c: Array) -> float:
 
 def mesh(file: str) -> Outline:
     """The vertices of a mesh, STL or OBJ."""
-    path = Path(file)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ModelError(f"Expected a mesh that can be read, got {file}: {error.strerror}.") from error
-    points = obj_vertices(data.decode(errors="replace")) if path.suffix.lower() == ".obj" else stl_corners(data)
-    points = points.reshape(-1, 3)
+    points = vertices_of(file)
     if not len(points):
         raise ModelError(f"Expected a mesh with vertices, got {file}, which has none that STL or OBJ would tell.")
     return Outline(np.unique(points, axis=0))

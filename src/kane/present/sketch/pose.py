@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.errors import KaneError
 from kane.expr.evaluation import Walk
 from kane.expr.node import Expr
@@ -52,7 +53,7 @@ def pose_of(scene: Scene, given: Any = None) -> Pose:
     """The best pose found; with `given`, the values of coordinates that are told."""
     known = constants(scene)
     size = _size(scene, known)
-    told = dict(named_values("q", scene.system.coordinates, given)) if given is not None else {}
+    told = {q: _finite(q, value) for q, value in named_values("q", scene.system.coordinates, given).items()}
     best: tuple[float, dict[Symbol, float]] | None = None
     laws = _laws(scene)
     for n, start in enumerate(_starts(scene, size, told)):
@@ -67,6 +68,13 @@ def pose_of(scene: Scene, given: Any = None) -> Pose:
             break
     assert best is not None
     return Pose(best[1], scene.poses(best[1]), size)
+
+
+def _finite(q: Expr, value: Any) -> float:
+    expected = f"a finite number for {q} in q="
+    number = expect.floats(value, expected)
+    expect.that(number.ndim == 0 and np.isfinite(number), expected, value)
+    return float(number)
 
 
 def _holds(values: Mapping[Symbol, float], laws: _Laws) -> bool:

@@ -30,6 +30,12 @@ class Mesh(NamedTuple):
     triangles: npt.NDArray[np.intp]
 
 
+def unit_rows(v: Array) -> Array:
+    """Vectors (… × n) of length one; those without a length stay zero."""
+    size = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.asarray(np.divide(v, size, out=np.zeros_like(v), where=size > 0))
+
+
 def joined(meshes: Sequence[Mesh]) -> Mesh:
     """Several meshes as one."""
     starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])[:-1]
@@ -46,8 +52,7 @@ def flat(corners: Array, faces: Iterable[Sequence[int]]) -> Mesh:
     triangles: list[tuple[int, int, int]] = []
     for face in faces:
         p = corners[list(face)]
-        n = np.cross(p[1] - p[0], p[2] - p[0])
-        n = n / (np.linalg.norm(n) or 1.0)
+        n = unit_rows(np.cross(p[1] - p[0], p[2] - p[0]))
         start = len(vertices)
         vertices += list(p)
         normals += [n] * len(p)
@@ -69,8 +74,7 @@ def lathe(profile: Sequence[tuple[float, float]], smooth: bool = False, sides: i
     """
     line = np.asarray(profile, dtype=float)
     steps = np.diff(line, axis=0)
-    across = np.column_stack([steps[:, 1], -steps[:, 0]])
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    across = unit_rows(np.column_stack([steps[:, 1], -steps[:, 0]]))
     angles = np.arange(sides + 1) * 2 * pi / sides
     c, s = np.cos(angles), np.sin(angles)
     tones = (np.floor(4 * (np.arange(sides + 1) + 0.5) / sides) % 2).astype(float)
@@ -78,16 +82,14 @@ def lathe(profile: Sequence[tuple[float, float]], smooth: bool = False, sides: i
     for k, ((r0, z0), (r1, z1)) in enumerate(pairwise(line)):
         n0 = n1 = across[k]
         if smooth:
-            n0 = across[max(k - 1, 0)] + across[k]
-            n1 = across[k] + across[min(k + 1, len(across) - 1)]
-            n0, n1 = n0 / np.linalg.norm(n0), n1 / np.linalg.norm(n1)
+            n0, n1 = unit_rows(n0 + across[[max(k - 1, 0), min(k + 1, len(across) - 1)]])
         rows = [np.column_stack([r * c, r * s, np.full_like(c, z)]) for r, z in ((r0, z0), (r1, z1))]
         normals = [np.column_stack([n[0] * c, n[0] * s, np.full_like(c, n[1])]) for n in (n0, n1)]
         vertices, normal = _quads(rows), _quads(normals)
         tone = np.repeat(tones[:-1], 4)
         first = 4 * np.arange(sides)[:, None]
         lower, upper = first + np.array([0, 1, 2]), first + np.array([0, 2, 3])
-        triangles = np.concatenate([x for x, r in ((lower, r0), (upper, r1)) if r > 0])
+        triangles = np.concatenate([lower[: sides * (r0 > 0)], upper[: sides * (r1 > 0)]])
         meshes.append(Mesh(vertices, normal, tone, triangles))
     return joined(meshes)
 

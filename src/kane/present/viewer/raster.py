@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import groupby, repeat
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
 from kane.present.viewer.colours import PAPER, RULE, SHADOW, of_part
+from kane.present.viewer.meshes import unit_rows
 from kane.present.viewer.page import PosedMotion
 from kane.present.viewer.parts import DrawnModel
 from kane.present.viewer.places import transforms
@@ -85,12 +87,13 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
 def frames(shot: PictureView, first: bool = False) -> Iterator[Image.Image]:
     """The pictures, `_RATE` a second of what is played."""
     model, course = shot.model, shot.course
-    played = max(2, round(_RATE * shot.played))
-    chosen = [0] if first else np.unique(np.linspace(0, len(course.times) - 1, played).round().astype(int))
+    t, played = course.times, max(2, round(_RATE * shot.played))
+    at = np.interp(np.linspace(t[0], t[-1], played), t, np.arange(len(t)))
+    chosen = [0] if first or len(t) == 1 else at.round().astype(int).tolist()
     places = transforms(model, course.poses)
-    for n, k in enumerate(chosen, 1):
-        far(partial("picture {} of {}".format, n, len(chosen)))
-        yield _picture(shot, places[k])
+    for n, (k, same) in enumerate(groupby(chosen), 1):
+        far(partial("picture {} of {}".format, n, len(set(chosen))))
+        yield from repeat(_picture(shot, places[k]), len(list(same)))
 
 
 def _camera(shot: PictureView, places: Array) -> tuple[Array, Array]:
@@ -118,10 +121,8 @@ def _picture(shot: PictureView, places: Array) -> Image.Image:
         mesh = model.meshes[part.mesh]
         points = mesh.vertices @ place[:, :3].T + place[:, 3]
         p = points[mesh.triangles]
-        n = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        size = np.linalg.norm(n, axis=1, keepdims=True)
-        n = np.divide(n, size, out=np.zeros_like(n), where=size > 0)
-        kept = (np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0) & (size[:, 0] > 0)
+        n = unit_rows(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
+        kept = np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0  # n of no area is zero
         corners, depth = seen(points)
         flat, _ = seen(points - np.outer((points @ up - low) / (light @ up), light))
         tone = mesh.tones[mesh.triangles].mean(axis=1)[:, None]
