@@ -338,3 +338,33 @@ def test_a_mesh_that_is_none_is_named(tmp_path, name, text):
 def test_the_name_of_an_stl_is_no_vertex(tmp_path):
     (tmp_path / "a.stl").write_text("solid vertex of a part\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid\n")
     np.testing.assert_array_equal(read(str(tmp_path / "a.stl")).vertices, [(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+
+
+def test_pictures_have_paths_and_ghosts_as_pages_have(tmp_path):
+    """The path of a point ends where the point is; a ghost's colour is its body's, nearer to the paper's."""
+    module = load("pendulum")
+    eom = kn.derive(module.system())
+    sols = [kn.simulate(eom, (0, 0.3), samples=4, q=[q], u=[0]) for q in (1.0, -1.0)]
+    sols = pickle.loads(pickle.dumps(sols))  # they have few pictures
+    center = sols[0].equations.system.bodies[0].mass_center
+
+    def last(name, *given, **more):
+        kn.animate(*given, tmp_path / name, **more)
+        with Image.open(tmp_path / name) as picture:
+            picture.seek(picture.n_frames - 1)
+            return np.asarray(picture.convert("RGB")).astype(int)
+
+    alone, path, both = last("a.webp", sols[0]), last("b.webp", sols[0], traces=[center]), last("c.webp", sols)
+
+    def near(picture, colour):
+        return np.abs(picture - colour).max(axis=2) < 40
+
+    pink, blue = (0xB3, 0x26, 0x6B), (0x25, 0x63, 0xA8)
+    drawn, body = near(path, pink), near(alone, blue)
+    assert not near(alone, pink).any()
+    assert drawn.sum() > 50
+    assert 0 < np.abs(path - alone).max(axis=2).astype(bool).sum() < 0.05 * drawn.size
+    changed = np.abs(both - alone).max(axis=2) > 8
+    assert changed.sum() > 50
+    assert near(both, blue).sum() < 1.05 * body.sum()  # the other is paler
+    assert np.argwhere(changed)[:, 1].mean() < np.argwhere(body)[:, 1].mean()

@@ -150,10 +150,10 @@ def animate(
 
     Parameters
     ----------
-    solution : a motion, from `simulate`, one from a file at its samples; of several, of one system, the others are shown as ghosts
+    solution : a motion, from `simulate`, one from a file at its samples; of several, of one system, the others are ghosts, but in glTF
     path : file to write: `.html` (one file that needs nothing else), `.glb`, `.gif`, `.png`, `.mp4`
     shapes : of bodies and of what is beside them, from `kn.figures.shape`; else as inertias, points, joints and contacts tell
-    traces : points whose paths are drawn
+    traces : points whose paths are drawn, in pages and pictures
     autoplay : whether the page plays at once, where the reader has not asked for less motion
 
     Returns
@@ -272,12 +272,9 @@ def _write_gltf(animation: Animation, place: Path) -> None:
 def _write_pictures(animation: Animation, place: Path) -> None:
     from kane.present.viewer.raster import PictureView, write
 
-    camera, low, played = animation.camera, animation.low, animation.played
-    front = np.array(camera["front"])
-    write(
-        PictureView(animation.model, animation.courses[0], front, camera["azimuth"], camera["height"], low, played),
-        place,
-    )
+    camera, front = animation.camera, np.array(animation.camera["front"])
+    shown = animation.model, animation.courses, animation.traces
+    write(PictureView(*shown, front, camera["azimuth"], camera["height"], animation.low, animation.played), place)
 
 
 FORMATS: dict[str, Callable[[Animation, Path], object]] = {

@@ -7,7 +7,7 @@ from kane.present.viewer.parts import DrawnModel, DrawnPart
 
 BODIES = ("#2563a8", "#0f766e", "#7c4dbd", "#b45309", "#be3a6e", "#567d0c")
 ROLES = {"ground": "#6b7076", "constraint": "#70757a", "load": "#c2410c"}
-PAPER, RULE, SHADOW = "#f4f4ef", "#cfcfc9", "#d3d3cd"
+PAPER, RULE, SHADOW, PATH = "#f4f4ef", "#cfcfc9", "#d3d3cd", "#b3266b"
 
 
 def of_part(model: DrawnModel, part: DrawnPart) -> str:

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import groupby, repeat
+from itertools import groupby, product, repeat
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from PIL.PngImagePlugin import PngInfo
 from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
-from kane.present.viewer.colours import PAPER, RULE, SHADOW, of_part
+from kane.present.viewer.colours import PAPER, PATH, RULE, SHADOW, of_part
 from kane.present.viewer.meshes import unit_rows
 from kane.present.viewer.page import PosedMotion
 from kane.present.viewer.parts import DrawnModel
@@ -34,15 +34,21 @@ _MARK = b"made by kane"
 """By what a GIF, WebP or MP4 is known; a PNG is by its software."""
 _SPREAD = 0.26
 """Half the angle of view, rad."""
+_GHOST = 0.3
+"""How much of its colour a ghost has, beside that of the paper."""
 _LINES = 24
 """Lines of the floor's grid each way."""
 
 
 class PictureView(NamedTuple):
-    """What is drawn, from where (`front` is the direction that azimuth 0 looks from), above what floor, in how many seconds."""
+    """What is drawn, from where (`front` is the direction that azimuth 0 looks from), above what floor, in how many seconds.
+
+    Of several motions those after the first are ghosts; `traces` are the positions whose paths in the first are drawn.
+    """
 
     model: DrawnModel
-    course: PosedMotion
+    courses: Sequence[PosedMotion]
+    traces: Sequence[int]
     front: Array
     azimuth: float
     height: float
@@ -86,14 +92,16 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
 
 def frames(shot: PictureView, first: bool = False) -> Iterator[Image.Image]:
     """The pictures, `_RATE` a second of what is played."""
-    model, course = shot.model, shot.course
-    t, played = course.times, max(2, round(_RATE * shot.played))
-    at = np.interp(np.linspace(t[0], t[-1], played), t, np.arange(len(t)))
-    chosen = [0] if first or len(t) == 1 else at.round().astype(int).tolist()
-    places = transforms(model, course.poses)
-    for n, (k, same) in enumerate(groupby(chosen), 1):
+    own = shot.courses[0]
+    now = np.linspace(own.times[0], own.times[-1], 1 if first else max(2, round(_RATE * shot.played)))
+    nearest = [np.interp(now, c.times, np.arange(len(c.times))).round().astype(int).tolist() for c in shot.courses]
+    chosen = list(zip(*nearest, strict=True))
+    places = [transforms(shot.model, c.poses) for c in shot.courses]
+    paths = own.poses.positions[:, list(shot.traces)]
+    for n, (at, same) in enumerate(groupby(chosen), 1):
         far(partial("picture {} of {}".format, n, len(set(chosen))))
-        yield from repeat(_picture(shot, places[k]), len(list(same)))
+        shown = _picture(shot, [p[k] for p, k in zip(places, at, strict=True)], paths[: at[0] + 1])
+        yield from repeat(shown, len(list(same)))
 
 
 def _camera(shot: PictureView, places: Array) -> tuple[Array, Array]:
@@ -108,17 +116,18 @@ def _camera(shot: PictureView, places: Array) -> tuple[Array, Array]:
     return middle + 3.5 * model.reach * away, np.stack([x, np.cross(away, x), away])
 
 
-def _picture(shot: PictureView, places: Array) -> Image.Image:
-    """One picture: the floor, shadows on it, then triangles from far to near."""
+def _picture(shot: PictureView, places: Sequence[Array], paths: Array) -> Image.Image:
+    """One picture: the floor, shadows on it, then triangles from far to near, and paths (instants × paths × 3)."""
     model, low = shot.model, shot.low
-    eye, axes = _camera(shot, places)
+    eye, axes = _camera(shot, places[0])
     seen = partial(_seen, eye, axes)
     front, up = shot.front, model.up
     light = up + 0.45 * front + 0.3 * np.cross(up, front)
     light /= np.linalg.norm(light)
+    paper = np.array(to_rgb(PAPER))
     shadows, shapes, depths, colours = [], [], [], []
-    for part, place in zip(model.parts, places, strict=True):
-        mesh = model.meshes[part.mesh]
+    for (ghost, own), (k, part) in product(enumerate(places), enumerate(model.parts)):
+        mesh, place = model.meshes[part.mesh], own[k]
         points = mesh.vertices @ place[:, :3].T + place[:, 3]
         p = points[mesh.triangles]
         n = unit_rows(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
@@ -128,10 +137,11 @@ def _picture(shot: PictureView, places: Array) -> Image.Image:
         tone = mesh.tones[mesh.triangles].mean(axis=1)[:, None]
         base = np.array(to_rgb(of_part(model, part)))
         shade = (0.46 + 0.12 * (1 + n @ up) + 0.42 * np.clip(n @ light, 0, 1))[:, None]
-        shadows.append(flat[mesh.triangles[kept]])
+        tinted = np.clip((base + (1 - base) * 0.42 * tone) * shade, 0, 1)[kept]
+        shadows.append(flat[mesh.triangles[kept & (ghost == 0)]])
         shapes.append(corners[mesh.triangles[kept]])
         depths.append(depth[mesh.triangles[kept]].mean(axis=1))
-        colours.append(np.clip((base + (1 - base) * 0.42 * tone) * shade, 0, 1)[kept])
+        colours.append(paper + _GHOST * (tinted - paper) if ghost else tinted)
     order = np.argsort(-np.concatenate(depths), kind="stable")
     figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), dpi=100, facecolor=PAPER)
     canvas = FigureCanvasAgg(figure)
@@ -150,6 +160,8 @@ def _picture(shot: PictureView, places: Array) -> Image.Image:
     ax.add_collection(
         PolyCollection(faces, facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3), autolim=False
     )
+    trails = [seen(paths[:, k])[0] for k in range(paths.shape[1])]
+    ax.add_collection(LineCollection(trails, colors=PATH, linewidths=1.6, zorder=4), autolim=False)
     canvas.draw()  # type: ignore[no-untyped-call]
     drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
     return Image.fromarray(drawn[..., :3].copy())
