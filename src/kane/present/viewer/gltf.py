@@ -15,9 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
-from kane.present.viewer.colours import of_part
 from kane.present.viewer.page import PosedMotion
-from kane.present.viewer.parts import DrawnModel
+from kane.present.viewer.parts import DrawnModel, colour_of
 from kane.present.viewer.places import transforms
 
 _FLOAT, _UINT = 5126, 5125
@@ -56,7 +55,7 @@ def binary(model: DrawnModel, course: PosedMotion) -> bytes:
     buffer = _Buffer()
     names = list(model.meshes)
     shapes = {name: _attributes(model, name, buffer) for name in names}
-    used = list(dict.fromkeys((p.mesh, of_part(model, p)) for p in model.parts))
+    used = list(dict.fromkeys((p.mesh, colour_of(model, p)) for p in model.parts))
     colours = list(dict.fromkeys(c for _, c in used))
     meshes = [
         {"name": mesh, "primitives": [{**shapes[mesh], "material": colours.index(colour)}]} for mesh, colour in used
@@ -68,7 +67,7 @@ def binary(model: DrawnModel, course: PosedMotion) -> bytes:
     channels: list[dict[str, Any]] = []
     for k, part in enumerate(model.parts):
         moves = dict(zip(("translation", "rotation", "scale"), _decomposed(places[:, k]), strict=True))
-        node: dict[str, Any] = {"name": part.name, "mesh": used.index((part.mesh, of_part(model, part)))}
+        node: dict[str, Any] = {"name": part.name, "mesh": used.index((part.mesh, colour_of(model, part)))}
         node |= {key: values[0].tolist() for key, values in moves.items()}
         for path, values in moves.items():
             if times is not None and np.ptp(values, axis=0).max() > 0:

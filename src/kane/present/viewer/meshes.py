@@ -39,10 +39,8 @@ def unit_rows(v: Array) -> Array:
 def joined(meshes: Sequence[Mesh]) -> Mesh:
     """Several meshes as one."""
     starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])[:-1]
-    parts = zip(
-        *((m.vertices, m.normals, m.tones, m.triangles + k) for m, k in zip(meshes, starts, strict=True)), strict=True
-    )
-    return Mesh(*(np.concatenate(p) for p in parts))
+    moved = [m._replace(triangles=m.triangles + k) for m, k in zip(meshes, starts, strict=True)]
+    return Mesh(*map(np.concatenate, zip(*moved, strict=True)))
 
 
 def flat(corners: Array, faces: Iterable[Sequence[int]]) -> Mesh:
@@ -105,17 +103,23 @@ def cylinder(bottom: float = -0.5, top: float = 0.5) -> Mesh:
     return lathe([(0, bottom), (1, bottom), (1, top), (0, top)])
 
 
+def _above(steps: int) -> list[tuple[float, float]]:
+    """(radius, z) of the upper half of a sphere of radius 1, upward."""
+    return [*((float(np.cos(x)), float(np.sin(x))) for x in np.linspace(0, pi / 2, steps + 1)[:-1]), (0.0, 1.0)]
+
+
+def _below(steps: int) -> list[tuple[float, float]]:
+    return [(r, -z) for r, z in reversed(_above(steps))]
+
+
 def sphere(sides: int = ROUND) -> Mesh:
     """Of radius 1."""
-    a = np.linspace(-pi / 2, pi / 2, sides // 2 + 1)
-    return lathe([(float(np.cos(x)) if abs(x) < pi / 2 else 0.0, float(np.sin(x))) for x in a], True, sides)
+    return lathe([*_below(sides // 4), *_above(sides // 4)[1:]], True, sides)
 
 
 def hemisphere() -> Mesh:
     """Of radius 1, the round side upward."""
-    a = np.linspace(0, pi / 2, ROUND // 4 + 1)
-    dome = lathe([(float(np.cos(x)) if x < pi / 2 else 0.0, float(np.sin(x))) for x in a], smooth=True)
-    return joined([dome, lathe([(0, 0), (1, 0)])])
+    return joined([lathe(_above(ROUND // 4), smooth=True), lathe([(0, 0), (1, 0)])])
 
 
 def cone() -> Mesh:
@@ -136,19 +140,14 @@ def torus(radius: float, tube: float) -> Mesh:
 
 def capsule(radius: float, length: float) -> Mesh:
     """A cylinder of that length with half spheres on its ends."""
-    a = np.linspace(-pi / 2, 0, ROUND // 4 + 1)
-    low = [(radius * float(np.cos(x)) if x > -pi / 2 else 0.0, radius * float(np.sin(x)) - length / 2) for x in a]
+    low = [(radius * r, radius * z - length / 2) for r, z in _below(ROUND // 4)]
     return lathe([*low, *((r, -z) for r, z in reversed(low))], smooth=True)
 
 
-def tube() -> Mesh:
-    """Of radius 1, from 0 to 1."""
-    return cylinder(0.0, 1.0)
-
-
-def spring(turns: int = 8, wire: float = 0.14) -> Mesh:
+def spring() -> Mesh:
     """A wire along a helix of radius 1, from 0 to 1, to be stretched; its ends lead to the axis."""
-    steps, sides = turns * 16, 8
+    turns, wire, sides = 8, 0.14, 8
+    steps = turns * 16
     t = np.linspace(0, 1, steps + 1)
     angle, z = 2 * pi * turns * t, 0.06 + 0.88 * t
     line = np.column_stack([np.cos(angle), np.sin(angle), z])
@@ -189,16 +188,20 @@ def prism(outline: Array, thickness: float) -> Mesh:
     return flat(corners, [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides])
 
 
+def _bow(half_angle: float) -> Array:
+    """Points of a circle of radius 1 about x."""
+    a = np.linspace(-half_angle, half_angle, 1 + max(4, int(ROUND * half_angle / pi)))
+    return np.column_stack([np.cos(a), np.sin(a)])
+
+
 def sector(radius: float, half_angle: float, thickness: float) -> Mesh:
     """A sector about x."""
-    a = np.linspace(-half_angle, half_angle, 1 + max(4, int(ROUND * half_angle / pi)))
-    return prism(np.concatenate([[(0, 0)], radius * np.column_stack([np.cos(a), np.sin(a)])]), thickness)
+    return prism(np.concatenate([[(0, 0)], radius * _bow(half_angle)]), thickness)
 
 
 def arc(radius: float, half_angle: float, thickness: float) -> Mesh:
     """A bent wire about x, as wide as it is thick."""
-    a = np.linspace(-half_angle, half_angle, 1 + max(4, int(ROUND * half_angle / pi)))
-    e = np.column_stack([np.cos(a), np.sin(a)])
+    e = _bow(half_angle)
     return prism(np.concatenate([e * (radius + thickness / 2), e[::-1] * (radius - thickness / 2)]), thickness)
 
 
@@ -209,8 +212,7 @@ def triangle(a: float, b: float, thickness: float) -> Mesh:
 
 UNIT: dict[str, Callable[[], Mesh]] = {
     "box": box, "sphere": sphere, "ball": partial(sphere, 16), "hemisphere": hemisphere, "cylinder": cylinder, "cone": cone,
-    "tube": tube, "spring": spring,
-    "damper": damper, "arrow": arrow,
+    "tube": partial(cylinder, 0.0, 1.0), "spring": spring, "damper": damper, "arrow": arrow,
 }  # fmt: skip
 """Those that are scaled along their axes."""
 SIZED: dict[str, tuple[Callable[..., Mesh], tuple[str, ...]]] = {

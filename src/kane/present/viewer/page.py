@@ -13,7 +13,7 @@ from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.pages import deflated
 from kane.present.scene.records import Posed, Scene
-from kane.present.viewer.meshes import Mesh, arrow, cylinder
+from kane.present.viewer.meshes import UNIT, Mesh
 from kane.present.viewer.parts import DrawnModel, DrawnPart
 
 
@@ -74,7 +74,7 @@ def page_data(
     """The data of a page; `camera` has azimuth and height about the middle, and the direction `front` that azimuth 0 looks from."""
     names = list(model.meshes)
     bodies = list(dict.fromkeys(p.name for p in model.parts if p.role == "body"))
-    meshes = [_mesh(model.meshes[name]) for name in names] + [_mesh(arrow()), _mesh(cylinder(0.0, 1.0))]
+    meshes = [_mesh(model.meshes[name]) for name in names] + [_mesh(UNIT[name]()) for name in ("arrow", "tube")]
     largest = {d: max(_largest(courses, d) for d in beside) for beside in model.scales() for d in beside}
     return {
         "size": model.size, "middle": model.middle.tolist(), "up": model.up.tolist(), "front": list(camera["front"]),
@@ -92,16 +92,12 @@ def page_data(
 
 
 def _largest(courses: Sequence[PosedMotion], direction: int) -> float:
-    sizes = [np.linalg.norm(c.poses.directions[..., direction, :], axis=-1) for c in courses]
-    found = float(np.nanmax([np.nanmax(s) for s in sizes]))
+    found = float(np.nanmax([np.nanmax(np.linalg.norm(c.poses.directions[:, direction], axis=-1)) for c in courses]))
     return found if np.isfinite(found) and found > 0 else 1.0
 
 
 def lowest(scene: Scene, model: DrawnModel, courses: Sequence[PosedMotion]) -> float:
     """The height of a floor below everything, where no plane is declared; else that of the plane at first."""
-    for plane in model.planes:
-        return float(
-            courses[0].poses.positions.reshape(-1, *courses[0].poses.positions.shape[-2:])[0, plane.at] @ model.up
-        )
-    heights = [c.poses.positions[..., scene.seen, :] @ model.up for c in courses]
-    return float(min(np.nanmin(h) for h in heights)) - 0.12 * model.size
+    if model.planes:
+        return float(courses[0].poses.positions[0, model.planes[0].at] @ model.up)
+    return float(min(np.nanmin(c.poses.positions[:, scene.seen] @ model.up) for c in courses)) - 0.12 * model.size

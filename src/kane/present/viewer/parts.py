@@ -36,8 +36,13 @@ _FAR = 4.0
 """Sizes of the scene beyond which a motion travels."""
 _HALF = ("radius", "base", "top", "tube")
 """Sizes from a middle."""
+_NO_LENGTHS = ("aa", "bb", "cc", "half_angle")
 _BLOCK = 5.0
 """Edges of a block that slides, beside a link's radius."""
+
+BODIES = ("#2563a8", "#0f766e", "#7c4dbd", "#b45309", "#be3a6e", "#567d0c")
+ROLES = {"ground": "#6b7076", "constraint": "#70757a", "load": "#c2410c"}
+"""Colours as the page has them: bodies in turn, and what is beside them by its role."""
 
 Length = tuple[int, float, bool]
 """A scalar's number (−1 for none), a factor, and whether the root is taken: factor·s, factor·√s, or the factor alone."""
@@ -83,36 +88,34 @@ class DrawnModel:
         return [self.touching, *((d,) for _, _, d in self.arrows if d not in self.touching)]
 
 
+def colour_of(model: DrawnModel, part: DrawnPart) -> str:
+    """The colour of a part."""
+    if part.role != "body":
+        return ROLES.get(part.role, ROLES["ground"])
+    bodies = list(dict.fromkeys(p.name for p in model.parts if p.role == "body"))
+    return BODIES[bodies.index(part.name) % len(BODIES)]
+
+
 def model(scene: Scene, poses: Posed, up: Array) -> DrawnModel:
-    """The parts of a scene, whose size and whose shapes of given sizes are those of the poses (several, along the first axis)."""
+    """The parts of a scene; the sizes of what is not scaled are those of the first of the poses."""
     size, middle, reach, travels = _extent(scene, poses)
     meshes: dict[str, Mesh] = {}
     parts: list[DrawnPart] = []
     planes: list[DrawnPart] = []
-    sizes = poses.scalars.reshape(-1, max(poses.scalars.shape[-1], 1))[0] if poses.scalars.size else np.zeros(0)
+    build = _PartBuilder(poses.scalars[0], size, poses.positions[0], meshes)
     for item in scene.items:
-        into = planes if item.kind == "plane" else parts
-        into.extend(_PARTS[item.kind](item, _PartBuilder(sizes, size, poses, meshes)))
+        (planes if item.kind == "plane" else parts).extend(_PARTS[item.kind](item, build))
     arrows = tuple((a.label, a.at, a.direction) for a in scene.actions if a.kind in ("force", "contact"))
     touching = tuple(a.direction for a in scene.actions if a.kind == "contact")
-    up = np.asarray(up, float)
     return DrawnModel(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, up, arrows, touching)
 
 
 def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
     """Size, middle, reach, and whether the motion travels."""
-    p = poses.positions.reshape(-1, *poses.positions.shape[-2:])[:, scene.seen]
+    p = poses.positions[:, scene.seen]
     finite = p[np.isfinite(p).all(axis=(1, 2))]
-    numbers = poses.scalars.reshape(len(p), -1)[0] if poses.scalars.size else np.zeros(0)
-    sizes = [
-        (name, k)
-        for item in scene.items
-        for name, k in item.sizes.items()
-        if name not in ("aa", "bb", "cc", "half_angle")
-    ]
-    own = max(
-        (2 * abs(float(numbers[k])) if name in _HALF else abs(float(numbers[k])) for name, k in sizes), default=0.0
-    )
+    sizes = [pair for item in scene.items for pair in item.sizes.items() if pair[0] not in _NO_LENGTHS]
+    own = max((abs(float(poses.scalars[0, k])) * (1 + (name in _HALF)) for name, k in sizes), default=0.0)
     if not finite.size:
         return own or 1.0, np.zeros(3), own or 1.0, False
     low, high = finite.min(axis=1), finite.max(axis=1)
@@ -124,17 +127,21 @@ def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
     return size, np.asarray(first[0] + first[1]) / 2, reach, travels
 
 
-def _number(value: float) -> Length:
+def _fixed(value: float) -> Length:
     return (-1, float(value), False)
+
+
+def _size(item: Item, *names: str, root: bool = False) -> tuple[Length, ...]:
+    return tuple((item.sizes[k], 1.0, root) for k in names)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _PartBuilder:
-    """What the parts of items are made with: sizes at first, the thickness of lines, the poses, and the meshes, which are entered."""
+    """What parts are made with: sizes at first, the size of the scene, positions at first, and the meshes, which are entered."""
 
     sizes: Array
     size: float
-    poses: Posed
+    positions: Array
     meshes: dict[str, Mesh]
 
     @property
@@ -150,7 +157,7 @@ class _PartBuilder:
 
     def wide(self, item: Item) -> Length:
         """How wide a line or a ball is."""
-        return _number(self.thin * _WIDE.get(item.kind, 1.0))
+        return _fixed(self.thin * _WIDE.get(item.kind, 1.0))
 
 
 def _or_none(number: int | None) -> int:
@@ -160,7 +167,7 @@ def _or_none(number: int | None) -> int:
 def _line(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     mesh, wide = item.kind if item.kind in ("spring", "damper") else "tube", b.wide(item)
     for p, q in pairwise(item.points):
-        yield b.rigid(item, mesh, wide, wide, _number(1.0), kind="between", at=p, to=q)
+        yield b.rigid(item, mesh, wide, wide, _fixed(1.0), kind="between", at=p, to=q)
     for p in item.points if item.kind in ("link", "beam") else ():
         yield b.rigid(item, "ball", wide, wide, wide, at=p, axes=-1)
 
@@ -169,19 +176,18 @@ def _scaled(mesh: str, *names: str) -> Callable[[Item, _PartBuilder], Iterator[D
     """A unit mesh, scaled by the sizes of these names; "" stands for what is thin."""
 
     def parts(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
-        yield b.rigid(item, mesh, *((item.sizes[k], 1.0, False) if k else _number(b.thin) for k in names))
+        yield b.rigid(item, mesh, *(_size(item, k)[0] if k else _fixed(b.thin) for k in names))
 
     return parts
 
 
 def _disk(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
-    radius = item.sizes["radius"]
-    thick = _number(0.12 * float(b.sizes[radius]))
-    yield b.rigid(item, "cylinder", (radius, 1.0, False), (radius, 1.0, False), thick)
+    thick = _fixed(0.12 * float(b.sizes[item.sizes["radius"]]))
+    yield b.rigid(item, "cylinder", *_size(item, "radius", "radius"), thick)
 
 
 def _inertia(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
-    yield b.rigid(item, "sphere", *((item.sizes[k], 1.0, True) for k in ("aa", "bb", "cc")))
+    yield b.rigid(item, "sphere", *_size(item, "aa", "bb", "cc", root=True))
 
 
 def _ball(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
@@ -189,15 +195,13 @@ def _ball(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
 
 
 def _block(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
-    edge, wheel = _number(_BLOCK * b.thin), item.kind == "wheel"
-    thick = _number(2 * b.thin) if wheel else edge
+    edge, wheel = _fixed(_BLOCK * b.thin), item.kind == "wheel"
+    thick = _fixed(2 * b.thin) if wheel else edge
     yield b.rigid(item, "cylinder" if wheel else "box", edge, edge, thick, axes=-1, along=_or_none(item.direction))
 
 
 def _file(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
-    if item.file not in b.meshes:
-        b.meshes[item.file] = read(item.file)
-    yield b.rigid(item, item.file, *3 * [_number(1.0)])
+    yield _baked(item, item.file, b, lambda: read(item.file))
 
 
 def _plane(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
@@ -218,12 +222,12 @@ def _sized(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
 def _baked(item: Item, name: str, b: _PartBuilder, make: Callable[[], Mesh]) -> DrawnPart:
     if name not in b.meshes:
         b.meshes[name] = make()
-    return b.rigid(item, name, *3 * [_number(1.0)])
+    return b.rigid(item, name, *3 * [_fixed(1.0)])
 
 
 def _hull(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     """The hull of points of a body, of what lies in a plane with a thickness; a line where they lie on one."""
-    p = b.poses.positions.reshape(-1, *b.poses.positions.shape[-2:])[0][list(item.points)]
+    p = b.positions[list(item.points)]
     third = _off_line(p)
     if third is None:
         yield from _line(replace(item, kind="link"), b)

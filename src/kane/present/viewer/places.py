@@ -18,11 +18,10 @@ from kane.present.viewer.parts import DrawnModel, Length
 
 def transforms(model: DrawnModel, poses: Posed) -> Array:
     """Of shape (instants, parts, 3, 4): the columns of the map, then the shift."""
-    positions, rotations, directions, scalars = _along(poses)
-    count = len(positions)
+    positions, count = poses.positions, len(poses.positions)
     out = np.zeros((count, len(model.parts), 3, 4))
     for k, part in enumerate(model.parts):
-        scale = np.stack([_length(x, scalars) for x in part.scale], axis=-1)
+        scale = np.stack([_length(x, poses.scalars) for x in part.scale], axis=-1)
         start = positions[:, part.at]
         if part.kind == "between":
             way = positions[:, part.to] - start
@@ -32,25 +31,12 @@ def transforms(model: DrawnModel, poses: Posed) -> Array:
         elif part.kind == "corners":
             turned = axes_of(*(positions[:, p] for p in part.points))
         elif part.along >= 0:
-            turned = towards(directions[:, part.along])
+            turned = towards(poses.directions[:, part.along])
         else:
-            turned = rotations[:, part.axes] if part.axes >= 0 else np.broadcast_to(np.eye(3), (count, 3, 3))
+            turned = poses.rotations[:, part.axes] if part.axes >= 0 else np.broadcast_to(np.eye(3), (count, 3, 3))
         out[:, k, :, :3] = turned * scale[:, None, :]
         out[:, k, :, 3] = start
     return out
-
-
-def _along(poses: Posed) -> tuple[Array, Array, Array, Array]:
-    """With one axis of instants."""
-    p = poses.positions
-    many = p.reshape(-1, *p.shape[-2:])
-    n = len(many)
-    return (
-        many,
-        poses.rotations.reshape(n, poses.rotations.shape[-3], 3, 3),
-        poses.directions.reshape(n, poses.directions.shape[-2], 3),
-        poses.scalars.reshape(n, poses.scalars.shape[-1]),
-    )
 
 
 def _length(length: Length, scalars: Array) -> Array:

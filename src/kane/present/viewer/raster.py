@@ -20,15 +20,15 @@ from PIL.PngImagePlugin import PngInfo
 from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
-from kane.present.viewer.colours import PAPER, PATH, RULE, SHADOW, of_part
 from kane.present.viewer.meshes import unit_rows
 from kane.present.viewer.page import PosedMotion
-from kane.present.viewer.parts import DrawnModel
+from kane.present.viewer.parts import DrawnModel, colour_of
 from kane.present.viewer.places import transforms
 from kane.progress import far, working
 
 SIZE = (800, 480)
 """Columns and rows of a picture."""
+PAPER, RULE, SHADOW, PATH = "#f4f4ef", "#cfcfc9", "#d3d3cd", "#b3266b"
 _RATE = 25
 _MARK = b"made by kane"
 """By what a GIF, WebP or MP4 is known; a PNG is by its software."""
@@ -135,7 +135,7 @@ def _picture(shot: PictureView, places: Sequence[Array], paths: Array) -> Image.
         corners, depth = seen(points)
         flat, _ = seen(points - np.outer((points @ up - low) / (light @ up), light))
         tone = mesh.tones[mesh.triangles].mean(axis=1)[:, None]
-        base = np.array(to_rgb(of_part(model, part)))
+        base = np.array(to_rgb(colour_of(model, part)))
         shade = (0.46 + 0.12 * (1 + n @ up) + 0.42 * np.clip(n @ light, 0, 1))[:, None]
         tinted = np.clip((base + (1 - base) * 0.42 * tone) * shade, 0, 1)[kept]
         shadows.append(flat[mesh.triangles[kept & (ghost == 0)]])
