@@ -29,7 +29,7 @@ __getattr__ = offered(
         "sketch.outlines": "hull mesh",
         "sketch.pose": "pose_of",
         "sketch.svg": "DARK LIGHT TEXT looks style",
-        "sketch.text_runs": "point_name plain product series spans unit_vector width_of",
+        "sketch.text_runs": "point_name product series spans unit_vector width_of",
         "overview": "DECLARED Tex declared_tables meaning",
         "viewer.mesh_files": "read",
         "viewer.meshes": "SIZED UNIT",

@@ -11,7 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kane.present import Label, hull, placed, plain, point_name, product, series, spans, unit_vector, width_of
+from kane.present import Label, hull, placed, point_name, product, series, spans, unit_vector, width_of
+
+
+def plain(runs: Any) -> str:
+    """The text alone."""
+    return "".join(r.text for r in runs)
 
 
 @pytest.mark.parametrize(

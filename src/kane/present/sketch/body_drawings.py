@@ -9,8 +9,9 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed, Scene
+from kane.present.sketch.camera import unit
 from kane.present.sketch.connections import arrange, draw_pins, draw_spring, hatched
-from kane.present.sketch.outlines import hull, outline, semi_axes
+from kane.present.sketch.outlines import hull, outline, semi_axes, within
 from kane.present.sketch.paper import BLOCK, BODY, GROUND, LOAD, Paper, across, ring, rod_ends
 
 _BALL = 8.0
@@ -44,7 +45,7 @@ def _solid(paper: Paper, item: Item, posed: Posed) -> None:
     border = hull(cloud) if len(np.unique(np.round(cloud, 3), axis=0)) > 2 else cloud
     if _area(border) < 1.5 * span:
         ends = border[[int(np.argmin(border @ [1.0, 0.3])), int(np.argmax(border @ [1.0, 0.3]))]]
-        _bar(paper, ends, depth, 6.0)
+        _bar(paper, ends, depth)
         return
     if item.kind == "inertia" and _extended(paper, item, shape.cloud, posed):
         return
@@ -71,7 +72,7 @@ def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
     if reach < 0.3 * size:
         return False
     ends = paper.at(np.array([other, center + (center - other) / size * reach]))
-    _bar(paper, ends, paper.depth(cloud), 6.0)
+    _bar(paper, ends, paper.depth(cloud))
     return True
 
 
@@ -95,7 +96,7 @@ def _faces(paper: Paper, faces: tuple[Array, ...], cloud: Array) -> None:
     if spans[0] < _THIN and np.ptp(flat, axis=0).max() > 4 * _THIN:
         axis = np.linalg.svd(cloud - center)[2][0]
         reach = np.abs((cloud - center) @ axis).max()
-        _bar(paper, paper.at(np.array([center - axis * reach, center + axis * reach])), paper.depth(cloud), 6.0)
+        _bar(paper, paper.at(np.array([center - axis * reach, center + axis * reach])), paper.depth(cloud))
         return
     for k, face in enumerate(faces):
         out = face.mean(axis=0) - center
@@ -110,17 +111,15 @@ def _area(border: Array) -> float:
     return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
-def _bar(paper: Paper, ends: Array, depth: float, thick: float) -> None:
+def _bar(paper: Paper, ends: Array, depth: float, size: str = "wide") -> None:
     """A rod: its outline as a wide line, its face as a narrower one upon it."""
-    size = "wide" if thick > 5 else "thin"
     paper.draw(ends, f"rod {size}", BODY, depth, weight=1.5)
     paper.draw(ends, f"rod {size} face", BODY, depth + 1e-9, weight=0.0)
 
 
 def _rod(paper: Paper, item: Item, posed: Posed) -> None:
     ends = rod_ends(item, posed)
-    if len(ends):
-        _bar(paper, paper.at(ends), paper.depth(ends), 6.0)
+    _bar(paper, paper.at(ends), paper.depth(ends))
 
 
 def _link(paper: Paper, item: Item, posed: Posed) -> None:
@@ -133,18 +132,18 @@ def _link(paper: Paper, item: Item, posed: Posed) -> None:
     along = (places - center) @ axes[0]
     if len(places) < 3 or sizes[1] < 0.02 * sizes[0]:
         ends = flat[[int(np.argmin(along)), int(np.argmax(along))]]
-        _bar(paper, ends, paper.depth(places), 6.0)
+        _bar(paper, ends, paper.depth(places))
     elif _area(hull(flat)) > 1.0:
         paper.draw(hull(flat), "plate", BODY, paper.depth(places), closed=True)
         paper.draw(hull(flat), "plate face", BODY, paper.depth(places) + 1e-9, closed=True, weight=0.0)
 
 
-def _line(thick: float) -> Callable[[Paper, Item, Posed], None]:
+def _line(size: str) -> Callable[[Paper, Item, Posed], None]:
     """A bar along the points."""
 
     def drawn(paper: Paper, item: Item, posed: Posed) -> None:
         places = posed.positions[list(item.points)]
-        _bar(paper, paper.at(places), paper.depth(places), thick)
+        _bar(paper, paper.at(places), paper.depth(places), size)
 
     return drawn
 
@@ -153,24 +152,35 @@ def _hull(paper: Paper, item: Item, posed: Posed) -> None:
     places = posed.positions[list(item.points)]
     flat = paper.at(places)
     if len(places) < 3:
-        _bar(paper, flat, paper.depth(places), 6.0)
+        _bar(paper, flat, paper.depth(places))
         return
     paper.draw(hull(flat), "body", BODY, paper.depth(places), closed=True)
 
 
+def _at(item: Item, posed: Posed) -> Array:
+    """Where an item is that has a place."""
+    assert item.at is not None
+    return np.asarray(posed.positions[item.at])
+
+
+def _along(item: Item, posed: Posed) -> Array:
+    """The direction of an item that has one."""
+    assert item.direction is not None
+    return np.asarray(posed.directions[item.direction])
+
+
+def _rectangle(middle: Array, half: Array, other: Array) -> list[Array]:
+    return [middle + s * half + t * other for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+
+
 def _particle(paper: Paper, item: Item, posed: Posed) -> None:
-    if item.at is None:
-        return
-    place = posed.positions[item.at]
+    place = _at(item, posed)
     paper.draw(ring(paper.at(place), _BALL * paper.unit, 24), "body ball", BODY, paper.depth(place) + 1e-6, closed=True)
 
 
 def _block(paper: Paper, item: Item, posed: Posed) -> None:
     """What touches a plane, or slides along a guide: a block upon it."""
-    if item.at is None or item.direction is None:
-        return
-    place, way = posed.positions[item.at], posed.directions[item.direction]
-    seen = paper.pixel_direction(way)
+    place, seen = _at(item, posed), paper.pixel_direction(_along(item, posed))
     if np.hypot(*seen) < 0.3 or not paper.view.plane:
         _particle(paper, item, posed)
         return
@@ -180,8 +190,7 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
     if item.kind == "block":  # it stands where it touches, and the way is the normal
         along, middle = across(along), middle + along * b
     side = across(along)
-    corners = [middle + s * a * along + t * b * side for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    paper.draw(corners, "body", BODY, paper.depth(place), closed=True)
+    paper.draw(_rectangle(middle, a * along, b * side), "body", BODY, paper.depth(place), closed=True)
     if item.kind == "slider":
         down = side if side[1] > 0 else -side
         hatched(paper, middle + down * (b + 1) - along * 2.2 * a, middle + down * (b + 1) + along * 2.2 * a, down)
@@ -189,34 +198,25 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
 
 def _ball(paper: Paper, item: Item, posed: Posed) -> None:
     """A ball that rests on the plane where it touches."""
-    if item.at is None or item.direction is None:
-        return
-    up = paper.pixel_direction(posed.directions[item.direction])
+    up = paper.pixel_direction(_along(item, posed))
     radius = 1.4 * _BALL * paper.unit
-    middle = paper.at(posed.positions[item.at]) + up * radius
+    middle = paper.at(_at(item, posed)) + up * radius
     paper.draw(ring(middle, radius, 32), "body", BODY, 0.0, closed=True)
 
 
 def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
     """A wheel or blade that does not slip along a direction, seen from above."""
-    if item.at is None or item.direction is None or not paper.view.plane:
+    side = paper.pixel_direction(_along(item, posed))
+    if not paper.view.plane or np.hypot(*side) < 0.5:
         return
-    side = paper.pixel_direction(posed.directions[item.direction])
-    if np.hypot(*side) < 0.5:
-        return
-    along = across(side)
-    middle, a, b = paper.at(posed.positions[item.at]), 13.0 * paper.unit, 4.0 * paper.unit
-    corners = [middle + s * a * along + t * b * side for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    corners = _rectangle(paper.at(_at(item, posed)), 13.0 * paper.unit * across(side), 4.0 * paper.unit * side)
     paper.draw(corners, "wheel", BODY, 1e9, closed=True)
 
 
 def _plane(paper: Paper, item: Item, posed: Posed) -> None:
-    if item.at is None or item.direction is None:
-        return
-    normal, place = posed.directions[item.direction], posed.positions[item.at]
-    normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+    place, normal = _at(item, posed), unit(_along(item, posed))
     seen = paper.pixel_direction(normal)
-    places = _extent(posed, place, normal)
+    places = posed.positions - np.outer((posed.positions - place) @ normal, normal)  # dropped onto the plane
     if paper.view.plane:
         if np.hypot(*seen) < 0.5:
             return  # seen from above, the paper is the ground
@@ -232,24 +232,13 @@ def _plane(paper: Paper, item: Item, posed: Posed) -> None:
     y = np.cross(normal, x)
     p, q = (places - place) @ x, (places - place) @ y
     pad = 0.18 * max(np.ptp(p), np.ptp(q), 1e-300) + 14 / paper.scale
-    corners = [
-        (p.min() - pad, q.min() - pad),
-        (p.max() + pad, q.min() - pad),
-        (p.max() + pad, q.max() + pad),
-        (p.min() - pad, q.max() + pad),
-    ]
-    floor = np.array([place + s * x + t * y for s, t in corners])
-    paper.draw(paper.at(floor), "floor", GROUND, -1e9, closed=True, weight=0.3)
-
-
-def _extent(posed: Posed, place: Array, normal: Array) -> Array:
-    """All positions, dropped onto a plane."""
-    away = (posed.positions - place) @ normal
-    return np.asarray(posed.positions - away[:, None] * normal)
+    middle = place + (p.min() + p.max()) / 2 * x + (q.min() + q.max()) / 2 * y
+    floor = _rectangle(middle, (np.ptp(p) / 2 + pad) * x, (np.ptp(q) / 2 + pad) * y)
+    paper.draw(paper.at(np.array(floor)), "floor", GROUND, -1e9, closed=True, weight=0.3)
 
 
 def _inside(paper: Paper, p: Array) -> Array:
-    return np.clip(p, (6.0, 6.0), (paper.width - 6.0, paper.height - 6.0))
+    return np.clip(p, (6.0), (paper.width - 6.0, paper.height - 6.0))
 
 
 def _rope(paper: Paper, item: Item, posed: Posed) -> None:
@@ -263,23 +252,17 @@ def _arm(paper: Paper, item: Item, posed: Posed) -> None:
         return
     start = cloud[int(np.argmin(np.linalg.norm(cloud - end, axis=1)))]
     ends = paper.at(np.array([start, end]))
-    if np.hypot(*(ends[1] - ends[0])) > 7 and not _within(ends[1], hull(paper.at(cloud))):
-        _bar(paper, ends, paper.depth(end), 3.0)
-
-
-def _within(p: Array, border: Array) -> bool:
-    ahead = np.roll(border, -1, axis=0) - border
-    off = p - border
-    return bool((ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0] >= -1e-9).all())
+    if np.hypot(*(ends[1] - ends[0])) > 7 and not within(ends[1], hull(paper.at(cloud))):
+        _bar(paper, ends, paper.depth(end), "thin")
 
 
 _DRAW: Mapping[str, Callable[[Paper, Item, Posed], None]] = {
     "rod": _rod,
     "link": _link,
-    "bar": _line(3.0),
+    "bar": _line("thin"),
     "arm": _arm,
     "hull": _hull,
-    "beam": _line(6.0),
+    "beam": _line("wide"),
     "particle": _particle,
     "block": _block,
     "ball": _ball,

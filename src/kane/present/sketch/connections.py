@@ -43,11 +43,8 @@ def draw_spring(paper: Paper, item: Item, posed: Posed) -> None:
         middle = (start + end) / 2
         paper.draw([*joined[0], middle], "spring", LOAD)
         paper.draw([middle + 0.7 * w, middle - 0.7 * w], "spring piston", LOAD)
-        paper.draw(
-            [middle - along * 9 + w, middle + along * 9 + w, middle + along * 9 - w, middle - along * 9 - w],
-            "spring",
-            LOAD,
-        )
+        pot = [middle - along * 9 + w, middle + along * 9 + w, middle + along * 9 - w, middle - along * 9 - w]
+        paper.draw(pot, "spring", LOAD)
         paper.draw([middle + along * 9, *joined[1]], "spring", LOAD)
     else:
         turns = max(5, min(9, int(size / 14)))
@@ -86,24 +83,22 @@ def draw_pins(paper: Paper, scene: Scene, posed: Posed) -> None:
     turns = [posed.positions[m.points[0]] for m in scene.movements if m.kind == "turn"]
     turns += [posed.positions[i.at] for i in scene.items if i.kind == "pin" and i.at is not None]
     fixed = [posed.positions[m.at] for m in scene.marks if m.fixed]
-    balls = [posed.positions[i.at] for i in scene.items if i.kind in ("particle",) and i.at is not None]
+    balls = [posed.positions[i.at] for i in scene.items if i.kind == "particle"]
+    least = 1e-7 * (float(np.ptp(posed.positions, axis=0).max()) or 1.0)
     seen: list[Array] = []
     for place in (*turns, *ends):
-        near = sum(float(np.linalg.norm(e - place)) < 1e-7 * _far(posed) for e in ends)
-        turning = any(np.linalg.norm(t - place) < 1e-7 * _far(posed) for t in turns)
-        if (near < 2 and not (near and turning)) or any(np.linalg.norm(s - place) < 1e-7 * _far(posed) for s in seen):
+
+        def here(places: list[Array], place: Array = place) -> int:
+            return sum(float(np.linalg.norm(p - place)) < least for p in places)
+
+        if here(seen) or here(ends) < 2 - bool(here(turns)):
             continue
         seen.append(place)
         at = paper.at(place)
-        if any(np.linalg.norm(f - place) < 1e-7 * _far(posed) for f in fixed):
+        if here(fixed):
             _support(paper, at)
-        if any(np.linalg.norm(f - place) < 1e-7 * _far(posed) for f in balls):
-            continue
-        paper.draw(ring(at, 3.6 * paper.unit, 16), "pin", POINT, -1.0, closed=True)
-
-
-def _far(posed: Posed) -> float:
-    return float(np.ptp(posed.positions, axis=0).max()) or 1.0
+        if not here(balls):
+            paper.draw(ring(at, 3.6 * paper.unit, 16), "pin", POINT, -1.0, closed=True)
 
 
 def _ends(scene: Scene, posed: Posed) -> list[Array]:
@@ -120,7 +115,6 @@ def _ends(scene: Scene, posed: Posed) -> list[Array]:
 def _support(paper: Paper, at: Array) -> None:
     w = 11.0 * paper.unit
     low = at[1] + 1.4 * w
-    paper.draw(
-        [at, np.array([at[0] - 0.8 * w, low]), np.array([at[0] + 0.8 * w, low])], "support", GROUND, 1.0, closed=True
-    )
-    hatched(paper, np.array([at[0] - 1.5 * w, low]), np.array([at[0] + 1.5 * w, low]), np.array([0.0, 1.0]))
+    a, b, c, d = (np.array([at[0] + k * w, low]) for k in (-1.5, -0.8, 0.8, 1.5))
+    paper.draw([at, b, c], "support", GROUND, 1.0, closed=True)
+    hatched(paper, a, d, np.array([0.0, 1.0]))

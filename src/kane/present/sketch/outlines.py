@@ -15,7 +15,6 @@ from kane.present.viewer.mesh_files import vertices_of
 
 _ROUND = np.linspace(0.0, 2 * np.pi, 49)
 _HALF = np.linspace(-np.pi / 2, np.pi / 2, 25)
-Lines = list[Array]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,26 +37,9 @@ def _ball(a: float, b: float, c: float) -> Array:
     return np.concatenate(points) * (a, b, c)
 
 
-def _great(a: float, b: float, c: float) -> Lines:
-    ring = circle(1.0)
-    return [ring * (a, b, c), ring[:, [0, 2, 1]] * (a, b, c)]
-
-
 def _ellipsoid(a: float, b: float, c: float) -> Outline:
-    return Outline(_ball(a, b, c), tuple(_great(a, b, c)))
-
-
-def _sphere(radius: float) -> Outline:
-    return _ellipsoid(radius, radius, radius)
-
-
-def _disk(radius: float) -> Outline:
-    spokes = [np.array([[0, 0, 0], [radius * np.cos(t), radius * np.sin(t), 0]]) for t in (0.0,)]
-    return Outline(circle(radius), tuple(spokes))
-
-
-def _ring(radius: float) -> Outline:
-    return Outline(circle(radius), (), (), (circle(0.86 * radius),))
+    ring = circle(1.0)
+    return Outline(_ball(a, b, c), (ring * (a, b, c), ring[:, [0, 2, 1]] * (a, b, c)))
 
 
 def _box(a: float, b: float, c: float) -> Outline:
@@ -71,13 +53,9 @@ def _frustum(base: float, top: float, height: float, middle: float) -> Outline:
     return Outline(np.concatenate([low, high]), (low, high) if top else (low,))
 
 
-def _cylinder(radius: float, height: float) -> Outline:
-    return _frustum(radius, radius, height, 0.5)
-
-
 def _torus(radius: float, tube: float) -> Outline:
     around = [circle(radius + tube * np.cos(t), tube * np.sin(t)) for t in np.linspace(0, 2 * np.pi, 17)]
-    return Outline(np.concatenate(around), (), (), (circle(max(radius - tube, 0.0)),))
+    return Outline(np.concatenate(around), holes=(circle(max(radius - tube, 0.0)),))
 
 
 def _capsule(radius: float, length: float) -> Outline:
@@ -86,14 +64,6 @@ def _capsule(radius: float, length: float) -> Outline:
     return Outline(
         np.concatenate([ball - shift, ball + shift]), (circle(radius, -length / 2), circle(radius, length / 2))
     )
-
-
-def _plate(a: float, b: float) -> Outline:
-    return Outline(np.array([[-a, -b, 0], [a, -b, 0], [a, b, 0], [-a, b, 0]]) / 2)
-
-
-def _triangle(a: float, b: float) -> Outline:
-    return Outline(np.array([[0, 0, 0], [a, 0, 0], [0, b, 0]], dtype=float))
 
 
 def _hemisphere(radius: float) -> Outline:
@@ -124,21 +94,21 @@ def _inertia(aa: float, bb: float, cc: float, most: float) -> Outline:
 
 _MAKE: Mapping[str, Callable[..., Outline]] = {
     "box": _box,
-    "plate": _plate,
+    "plate": lambda a, b: Outline(np.array([[-a, -b, 0], [a, -b, 0], [a, b, 0], [-a, b, 0]]) / 2),
     "ellipsoid": _ellipsoid,
     "inertia": _inertia,
-    "sphere": _sphere,
+    "sphere": lambda radius: _ellipsoid(radius, radius, radius),
     "hemisphere": _hemisphere,
-    "disk": _disk,
-    "ring": _ring,
-    "cylinder": _cylinder,
+    "disk": lambda radius: Outline(circle(radius), (np.array([[0, 0, 0], [radius, 0, 0]]),)),
+    "ring": lambda radius: Outline(circle(radius), holes=(circle(0.86 * radius),)),
+    "cylinder": lambda radius, height: _frustum(radius, radius, height, 0.5),
     "cone": lambda radius, height: _frustum(radius, 0.0, height, 0.0),
     "frustum": lambda base, top, height: _frustum(base, top, height, 0.0),
     "torus": _torus,
     "capsule": _capsule,
     "sector": _sector,
     "arc": _sector,
-    "triangle": _triangle,
+    "triangle": lambda a, b: Outline(np.array([[0, 0, 0], [a, 0, 0], [0, b, 0]], dtype=float)),
     "half cylinder": _half_cylinder,
 }
 """Outlines along a shape's own axes."""
@@ -176,6 +146,13 @@ def hull(points: Array) -> Array:
         return kept
 
     return np.array([*half(order)[:-1], *half(order[::-1])[:-1]])
+
+
+def within(p: Array, border: Array) -> bool:
+    """Whether a point of the plane lies within a convex border, whichever way this turns."""
+    ahead, off = np.roll(border, -1, axis=0) - border, p - border
+    sides = ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0]
+    return bool((sides >= -1e-9).all() or (sides <= 1e-9).all())
 
 
 def _left(a: Array, b: Array, c: Array) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
 from kane.present.sketch.camera import unit
+from kane.present.sketch.outlines import within
 from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, ring, spaced
 from kane.present.sketch.text_runs import Span, point_name, product, series, spans, unit_vector
 
@@ -56,7 +57,7 @@ def _lengths(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
             continue
         half = (a + b) / 2
         if not any(_beside(half, line) for line in rods):
-            if not any(_within(half, s.points) for s in paper.strokes if s.closed and s.look.startswith("body")):
+            if not any(within(half, s.points) for s in paper.strokes if s.closed and s.look.startswith("body")):
                 continue
             paper.draw([a, b], "ray", REFERENCE, weight=0.5)
         paper.label(
@@ -66,12 +67,6 @@ def _lengths(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
 
 def _beside(p: Array, line: Array) -> bool:
     return bool(np.hypot(*(spaced(line, 3.0) - p).T).min() < 4)
-
-
-def _within(p: Array, border: Array) -> bool:
-    ahead, off = np.roll(border, -1, axis=0) - border, p - border
-    sides = ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0]
-    return bool((sides >= 0).all() or (sides <= 0).all())
 
 
 def _away(side: Array, out: Array) -> Array:
@@ -101,7 +96,20 @@ def _turn(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
         paper.draw([center, center + 1.22 * (ray - center)], look, REFERENCE, weight=0.5)
     _arrow(paper, flat, "move", MOVE)
     top = flat[len(flat) // 2]
-    paper.label(spans(m.symbols[0]), top, top - center, "coordinate", size=17, symbols=m.symbols, needed=True)
+    _coordinate(paper, m, spans(m.symbols[0]), top, top - center)
+
+
+def _coordinate(
+    paper: Paper,
+    m: Movement,
+    runs: tuple[Span, ...],
+    at: Array,
+    toward: Array,
+    size: float = 17,
+    clearance: float = 0.0,
+) -> None:
+    """The label of what coordinates move."""
+    paper.label(runs, at, toward, "coordinate", size=size, symbols=m.symbols, needed=True, clearance=clearance)
 
 
 def _reach(paper: Paper, way: Array) -> float:
@@ -119,9 +127,7 @@ def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tu
     way = paper.at(posed.positions[list(m.points)])
     long = float(np.hypot(*(way[-1] - way[0])))
     if long < 3:  # across the paper, or nothing
-        paper.label(
-            spans(m.symbols[0]), way[-1], way[-1] - middle, "coordinate", size=17, symbols=m.symbols, needed=True
-        )
+        _coordinate(paper, m, spans(m.symbols[0]), way[-1], way[-1] - middle)
         return
     if len(way) > 2:
         _arrow(paper, way, "move", MOVE)
@@ -140,7 +146,7 @@ def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tu
             paper.draw([p, p + side * (level + 4)], "tick", REFERENCE, weight=0.3)
         _arrow(paper, line, "move", MOVE)
         top = (line[0] + line[1]) / 2
-    paper.label(spans(m.symbols[0]), top, side, "coordinate", size=17, symbols=m.symbols, needed=True)
+    _coordinate(paper, m, spans(m.symbols[0]), top, side)
 
 
 def _meet(line: Array, old: tuple[Array, Array]) -> bool:
@@ -157,7 +163,7 @@ def _attitude(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     flat = _circle(paper, axis, center, (_ARC + 8 + _MORE * paper.ring(center)) * paper.unit)
     _arrow(paper, flat, "move", MOVE)
     top = flat[len(flat) // 2]
-    paper.label(series(m.symbols), top, top - center, "coordinate", size=16, symbols=m.symbols, needed=True)
+    _coordinate(paper, m, series(m.symbols), top, top - center, 16)
 
 
 def _circle(paper: Paper, axis: Array, center: Array, radius: float) -> Array:
@@ -177,10 +183,11 @@ def _deflection(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     start, end = max(pairs, key=lambda p: float(np.hypot(*(p[1] - p[0]))))
     root = places[2] * 2 - places[0]
     paper.draw([root, places[0]], "base", REFERENCE, weight=0.5)
+    side = np.array([0.0, -1.0])
     if np.hypot(*(end - start)) > 4:
+        side = end - start
         _arrow(paper, np.array([start, end]), "move", MOVE)
-    side = end - start if np.hypot(*(end - start)) > 4 else np.array([0.0, -1.0])
-    paper.label(_modes(m), end, side, "coordinate", size=16, symbols=m.symbols, needed=True, clearance=6)
+    _coordinate(paper, m, _modes(m), end, side, 16, clearance=6)
 
 
 def _modes(m: Movement) -> tuple[Span, ...]:
@@ -193,8 +200,7 @@ def _modes(m: Movement) -> tuple[Span, ...]:
 
 
 def _unplaced(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
-    paper.label(series(m.symbols), np.array([24.0, paper.height - 18.0]), np.array([1.0, 0.0]), "coordinate", size=16,
-                symbols=m.symbols, needed=True)  # fmt: skip
+    _coordinate(paper, m, series(m.symbols), np.array([24.0, paper.height - 18.0]), np.array([1.0, 0.0]), 16)
 
 
 _MOVES: Mapping[str, Callable[[Paper, Movement, Posed, Array], None]] = {
@@ -222,20 +228,19 @@ def _triad(paper: Paper, t: Triad, posed: Posed, middle: Array) -> None:
 def _force(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     way, at = paper.pixel_direction(posed.directions[a.direction]), paper.at(posed.positions[a.at])
     if np.hypot(*way) < 0.2:
-        paper.label(_label(a), at, at - middle, "force-name", size=15, symbols=_named(a))
+        _name(paper, a, at, at - middle)
         return
     end = at + way / max(float(np.hypot(*way)), 0.6) * _FORCE * paper.unit
     _arrow(paper, np.array([at, end]), "force", FORCE, 10.0)
-    paper.label(_label(a), end, way, "force-name", size=15, symbols=_named(a))
+    _name(paper, a, end, way)
 
 
 def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     axis, center = unit(posed.directions[a.direction]), paper.at(posed.positions[a.at])
-    flat = _circle(
-        paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit
-    )
+    about = axis if np.linalg.norm(axis) else paper.view.toward
+    flat = _circle(paper, about, center, (24 + 7 * paper.ring(center)) * paper.unit)
     _arrow(paper, flat, "force", FORCE, 9.0)
-    paper.label(_label(a), flat[-1], flat[-1] - center, "force-name", size=15, symbols=_named(a))
+    _name(paper, a, flat[-1], flat[-1] - center)
 
 
 def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
@@ -250,26 +255,20 @@ def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
         paper.draw(ring(at, 7, 24), "force ring", FORCE, closed=True)
         for s in (1, -1):
             paper.draw([at + 4.9 * np.array([-1, s]), at + 4.9 * np.array([1, -s])], "force thin", FORCE)
-        paper.label(_label(a), at, np.array([-1.0, 0.0]), "force-name", size=15, symbols=_named(a), clearance=8)
+        _name(paper, a, at, np.array([-1.0, 0.0]), 8)
         return
     way = way / np.hypot(*way)
     start = at - way * long / 2
     _arrow(paper, np.array([start, start + way * long]), "force", FORCE, 10.0)
     inner = np.array([paper.width / 2, paper.height / 2]) - at
-    paper.label(_label(a), at, _away(across(way), inner), "force-name", size=15, symbols=_named(a), clearance=4)
+    _name(paper, a, at, _away(across(way), inner), 4)
 
 
-def _named(a: Action) -> tuple[str, ...]:
-    """The symbol that an arrow is labelled with, if it is one."""
-    return (a.label,) if _is_symbol(a.label) else ()
-
-
-def _is_symbol(label: str) -> bool:
-    return all(c.isalnum() or c in "_*'" for c in label)
-
-
-def _label(a: Action) -> tuple[Span, ...]:
-    return product(a.label) if _is_symbol(a.label) else (Span(a.label, "", False),)
+def _name(paper: Paper, a: Action, at: Array, toward: Array, clearance: float = 0.0) -> None:
+    """The name of an arrow, which may be a symbol."""
+    known = all(c.isalnum() or c in "_*'" for c in a.label)
+    runs = product(a.label) if known else (Span(a.label, "", False),)
+    paper.label(runs, at, toward, "force-name", size=15, symbols=(a.label,) if known else (), clearance=clearance)
 
 
 _ACTIONS: Mapping[str, Callable[[Paper, Action, Posed, Array], None]] = {

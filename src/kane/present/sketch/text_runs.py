@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 _LETTERS = (
@@ -17,19 +18,8 @@ _HAT = "\u0302"
 SMALL = 0.72
 """Size of sub- and superscripts."""
 _EM = {
-    " ": 0.34,
-    ",": 0.34,
-    ".": 0.34,
-    "·": 0.36,
-    "*": 0.52,
-    "′": 0.3,
-    "(": 0.42,
-    ")": 0.42,
-    "m": 0.97,
-    "w": 0.88,
-    "M": 1.05,
-    "W": 1.1,
-}
+    " ": 0.34, ",": 0.34, ".": 0.34, "·": 0.36, "*": 0.52, "′": 0.3, "(": 0.42, ")": 0.42, "m": 0.97, "w": 0.88, "M": 1.05, "W": 1.1,
+}  # fmt: skip
 _THIN, _CAPITAL, _OTHER = 0.4, 0.8, 0.66
 
 
@@ -89,20 +79,18 @@ def unit_vector(frame: str, axis: str) -> tuple[Span, ...]:
 
 def product(text: str) -> tuple[Span, ...]:
     """Factors that are written out, c*x' as symbols side by side."""
-    found: list[Span] = []
-    for k, factor in enumerate(text.split("*")):
-        known = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*'*", factor)
-        gap = (Span(" ", "", False),) if k else ()
-        found += [*gap, *(spans(factor) if known else (Span(factor, "", False),))]
-    return tuple(found)
+    known = re.compile(r"[A-Za-z][A-Za-z0-9_]*'*").fullmatch
+    return _between(" ", [spans(f) if known(f) else (Span(f, "", False),) for f in text.split("*")])
 
 
 def series(names: tuple[str, ...]) -> tuple[Span, ...]:
     """Several symbols, with commas."""
-    found: list[Span] = []
-    for k, name in enumerate(names):
-        found += [*((Span(", ", "", False),) if k else ()), *spans(name)]
-    return tuple(found)
+    return _between(", ", list(map(spans, names)))
+
+
+def _between(gap: str, parts: Sequence[tuple[Span, ...]]) -> tuple[Span, ...]:
+    first, *others = parts
+    return (*first, *(run for part in others for run in (Span(gap, "", False), *part)))
 
 
 def width_of(runs: tuple[Span, ...], size: float) -> float:
@@ -116,8 +104,3 @@ def _letters(text: str) -> float:
 
 def _by_kind(c: str) -> float:
     return _THIN if c in "iljtfrI-" else _CAPITAL if c.isupper() else _OTHER
-
-
-def plain(runs: tuple[Span, ...]) -> str:
-    """The text alone."""
-    return "".join(r.text for r in runs)
