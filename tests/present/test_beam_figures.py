@@ -90,8 +90,8 @@ def test_times_of_a_beam_figure() -> None:
     tip = sol.at([0.2, 0.7])[beam.point_at(1).position(beam.root).dot(beam.frame.y)]
     np.testing.assert_allclose([np.asarray(line.get_ydata())[-1] for line in axes.lines], tip[::-1], rtol=1e-12)
     assert labels(kn.beam_figure(beam, sol, np.int64(2)).axes[0]) == ["t = 0 s", "t = 1 s"]  # type: ignore[arg-type]
-    read: Any = kn.beam_figure(beam, pickle.loads(pickle.dumps(sol)), [0.6]).axes[0]
-    assert labels(read) == ["t = 0.5 s"]  # it cannot be run again
+    own, read = pickle.loads(pickle.dumps((beam, sol)))
+    assert labels(kn.beam_figure(own, read, [0.6]).axes[0]) == ["t = 0.5 s"]  # it cannot be run again
     wrong: tuple[Any, ...] = (0, -1, True, 0.1, [], [-0.1], [2.0], [np.nan], "a", [[0.1]])
     for times in wrong:
         with pytest.raises(

@@ -11,15 +11,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kane.errors import ArgumentError, SimulationError, cut
+from kane import expect
+from kane.errors import ArgumentError, SimulationError
 from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.figure import Picture, file_path, saved
-from kane.present.motion_plots import COLOURS, label_of
-from kane.present.plotted.lines import draw, look
+from kane.present.linearized.branch_figures import label_along
+from kane.present.motion_plots import COLOURS
+from kane.present.plotted.lines import ABOVE, draw, look
 from kane.present.plotted.runs import PlottedRun, runs_of, smooth
-from kane.present.plotted.traces import NOISE, Axis, Panel, Trace, energies, judged, readable
+from kane.present.plotted.traces import NOISE, Axis, Panel, energies, in_time, judged, readable
 from kane.units.rules import unit_text
 
 _LEAST = 1e-6
@@ -42,8 +44,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
     ArgumentError
         if it is no motion, or the path ends in something else
     """
-    if not isinstance(solution, Solution):
-        raise ArgumentError(f"Expected a motion from kn.simulate, got {cut(repr(solution))}.")
+    expect.instance(solution, Solution, "a motion from kn.simulate", error=ArgumentError)
     place = file_path(path, 'kn.figures.energy_balance(sol, "energy.svg")')
     (run,) = runs_of(solution)
     figure = Picture(figsize=(6.4, 5.6), layout="constrained")
@@ -74,16 +75,11 @@ def _balance(run: PlottedRun) -> list[Panel]:
         ("power", "W", least): (("P", power, "-"), ("dE/dt", rate, "--")),
         ("drift", "J", NOISE * scale): (("E − E(0) − ∫P dt", motion.energy_drift, "-"),),
     }
-    return [
-        Panel(
-            title,
-            tuple(
-                judged(Trace(Axis(label, unit, values), "", Axis("t", "s", run.t), run.dotted, style, label), floor)
-                for label, values, style in lines
-            ),
-        )
-        for (title, unit, floor), lines in rows.items()
-    ]
+    panels = []
+    for (title, unit, floor), lines in rows.items():
+        traces = (in_time(run, Axis(label, unit, values), style) for label, values, style in lines)
+        panels.append(Panel(title, tuple(judged(trace, floor) for trace in traces)))
+    return panels
 
 
 def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None = None) -> Figure:
@@ -104,8 +100,7 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     ArgumentError
         if the path ends in something else, or a quantity has several values
     """
-    if not isinstance(branch, CycleBranch):
-        raise SimulationError(f"Expected a branch from cycle.follow, got {cut(repr(branch))}.")
+    expect.instance(branch, CycleBranch, "a branch from cycle.follow", error=SimulationError)
     place = file_path(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
     if len(branch) < 2:
         raise SimulationError(f"Expected a branch of two cycles or more, got {branch!r}. Follow it further.")
@@ -121,20 +116,10 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
             _along(a, rows, values)
         _marks(a, branch)
         a.set_ylabel(label)
-    unit = unit_text(branch.symbol.unit)
-    axes[-1].set_xlabel(label_of(branch.symbol) + (f" [{unit}]" if unit else ""))
+    axes[-1].set_xlabel(label_along(branch))
     handles, labels = axes[0].get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
-    axes[0].legend(
-        named.values(),
-        named,
-        fontsize=9,
-        frameon=False,
-        ncols=5,
-        loc="lower left",
-        bbox_to_anchor=(0, 1),
-        borderaxespad=0.1,
-    )
+    axes[0].legend(named.values(), named, ncols=5, fontsize=9, **ABOVE)
     return saved(figure, place)
 
 

@@ -134,19 +134,18 @@ def _mode(whole: Equations, eom: Equations) -> str:
 
 
 def _summary(eom: Equations) -> list[tuple[int, str]]:
-    sizes = {of: len(some) for of, some in (
-        ("bodies", eom.system.bodies), ("coordinates", eom.coordinates), ("speeds", eom.speeds), ("states", eom.states),
-        ("freedoms", eom.independent_speeds if eom.embedding else ()), ("reactions", eom.reactions),
-    )}  # fmt: skip
-    told = {
-        "bodies": trn("body", "bodies", sizes["bodies"]),
-        "coordinates": trn("coordinate", "coordinates", sizes["coordinates"]),
-        "speeds": trn("generalized speed", "generalized speeds", sizes["speeds"]),
-        "freedoms": trn("degree of freedom", "degrees of freedom", sizes["freedoms"]),
-        "states": trn("further state", "further states", sizes["states"]),
-        "reactions": trn("reaction", "reactions", sizes["reactions"]),
-    }
-    return [*((sizes[of], what) for of, what in told.items() if sizes[of]), (eom.operations.total, tr("operations"))]
+    free = eom.independent_speeds if eom.embedding else ()
+    groups = (eom.system.bodies, eom.coordinates, eom.speeds, free, eom.states, eom.reactions)
+    bodies, q, u, freedoms, states, reactions = sizes = [len(some) for some in groups]
+    told = (
+        trn("body", "bodies", bodies),
+        trn("coordinate", "coordinates", q),
+        trn("generalized speed", "generalized speeds", u),
+        trn("degree of freedom", "degrees of freedom", freedoms),
+        trn("further state", "further states", states),
+        trn("reaction", "reactions", reactions),
+    )
+    return [*(row for row in zip(sizes, told, strict=True) if row[0]), (eom.operations.total, tr("operations"))]
 
 
 def _in_language(check: Check, solution: Solution | None) -> Check:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from kane.errors import ArgumentError, cut
+from kane import expect
+from kane.errors import ArgumentError
 from kane.motion.fitting.found import Fit
 from kane.present.figure import Picture, file_path, saved
 from kane.present.motion_plots import COLOURS, label_of
@@ -32,8 +33,7 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
     ArgumentError
         if it is no fit, or the path ends in something else
     """
-    if not isinstance(fit, Fit):
-        raise ArgumentError(f"Expected a fit from kn.fit, got {cut(repr(fit))}.")
+    expect.instance(fit, Fit, "a fit from kn.fit", error=ArgumentError)
     place = file_path(path, 'kn.figures.fit_figure(fit, "fit.svg")')
     names = [*fit.sigma]
     figure = Picture(figsize=(8.4, 1.0 + 1.7 * max(2, len(names))), layout="constrained")

@@ -213,19 +213,9 @@ def page_table(title: str, rows: Iterable[Row], *head: str, unfolded: bool = Tru
 _FIXED = {"kind", "frame", "mass centre"}
 """Columns whose words are the table's own."""
 KINDS = (
-    *(
-        N_("pin"),
-        N_("slider"),
-        N_("cylindrical"),
-        N_("ball"),
-        N_("universal"),
-        N_("planar"),
-        N_("free"),
-        N_("screw"),
-        N_("weld"),
-    ),
-    *(N_("configuration"), N_("motion")),
-)
+    N_("pin"), N_("slider"), N_("cylindrical"), N_("ball"), N_("universal"), N_("planar"), N_("free"), N_("screw"), N_("weld"),
+    N_("configuration"), N_("motion"),
+)  # fmt: skip
 """Words for the kinds of joints and constraints."""
 
 
@@ -260,10 +250,14 @@ def _acting(load: Load | Constraint, inner: Mapping[Point | Frame, Deforming] = 
 
 def _attachment(turns: bool, at: Point | Frame, inner: Mapping[Point | Frame, Deforming]) -> str:
     place = point_latex(inner[at].name if at in inner else at.name)
-    if at in inner:
-        along = (tr(r"\text{force along }%(place)s", place=place), tr(r"\text{torque along }%(place)s", place=place))
-        return along[turns]
-    return (tr(r"\text{force on }%(place)s", place=place), tr(r"\text{torque on }%(place)s", place=place))[turns]
+    return tr(_ATTACHMENTS[turns, at in inner], place=place)
+
+
+_ATTACHMENTS = {
+    (False, False): N_(r"\text{force on }%(place)s"), (False, True): N_(r"\text{force along }%(place)s"),
+    (True, False): N_(r"\text{torque on }%(place)s"), (True, True): N_(r"\text{torque along }%(place)s"),
+}  # fmt: skip
+"""What is said of a load by whether it turns, and whether its place is within a flexible body."""
 
 
 def _inertia(part: Part | tuple[Coordinate, ...]) -> Tex:

@@ -22,18 +22,8 @@ from kane.space.frame import Point
 from kane.write.latex import point_latex, symbol_latex
 
 _PACKAGES = (
-    "kane",
-    "numpy",
-    "scipy",
-    "llvmlite",
-    "sympy",
-    "matplotlib",
-    "rich",
-    "typer",
-    "jinja2",
-    "markdown-it-py",
-    "platformdirs",
-)
+    "kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "markdown-it-py", "platformdirs",
+)  # fmt: skip
 
 
 def versions() -> dict[str, str]:

@@ -17,6 +17,8 @@ _LABELS, _LETTERS, _AXIS = 12, 72, 16
 """Lines beyond which a panel has no legend; letters of a legend's width; letters beyond which a label is not beside anything."""
 _BESIDE, _APART, _AWAY = 6, 0.1, 0.2
 """Lines that may have their names at their ends, what these take of a panel's height, and how far from its end a name may lie."""
+ABOVE: dict[str, Any] = {"frameon": False, "loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0.1}
+"""Where legends are."""
 _STYLES = ("-", "--", ":", "-.")
 _MODES = {"separated": "#e5e7eb", "closed": "#bfdbfe", "stick": "#93c5fd", "slip": "#fdba74"}
 
@@ -73,8 +75,8 @@ def _letters(label: str) -> int:
 def _axes(a: Axes, panel: Panel, quantities: Sequence[str]) -> None:
     """Names and units on the axes: a quantity's name where it is the only one."""
     if panel.across:
-        puts: tuple[Any, ...] = (a.set_xlabel, a.set_ylabel)
         sides = [[trace.x for trace in panel.traces], [trace.y for trace in panel.traces]]
+        puts: tuple[Any, ...] = (a.set_xlabel, a.set_ylabel)
         for side, put in zip(sides, puts, strict=True):
             names = dict.fromkeys(axis.label for axis in side)
             put(_with_units(next(iter(names)) if len(names) == 1 else "", [axis.unit for axis in side]))
@@ -93,17 +95,9 @@ def _with_units(name: str, units: Sequence[str]) -> str:
 
 def _ends(a: Axes, trace: Trace, colour: str) -> None:
     """Start ○ and end ● of a path."""
-    for k, face in ((0, "white"), (-1, colour)):
-        a.plot(
-            trace.x.values[[k]],
-            trace.y.values[[k]],
-            linestyle="none",
-            marker="o",
-            markersize=5,
-            color=colour,
-            markerfacecolor=face,
-            label=f"_{'start' if k == 0 else 'end'}",
-        )
+    dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour}
+    for k, face, label in ((0, "white", "_start"), (-1, colour, "_end")):
+        a.plot(trace.x.values[[k]], trace.y.values[[k]], markerfacecolor=face, label=label, **dot)
 
 
 def _named_at_ends(a: Axes, shown: Sequence[tuple[Trace, str, str]]) -> bool:
@@ -119,18 +113,9 @@ def _named_at_ends(a: Axes, shown: Sequence[tuple[Trace, str, str]]) -> bool:
     places = spread(ends, _APART)
     if np.max(np.abs(places - ends)) > _AWAY:
         return False
+    look: dict[str, Any] = {"va": "center", "fontsize": 9, "annotation_clip": False}
     for (_, colour, name), y in zip(shown, places, strict=True):
-        a.annotate(
-            name,
-            (1, y),
-            (4, 0),
-            "axes fraction",
-            "offset points",
-            va="center",
-            fontsize=9,
-            color=colour,
-            annotation_clip=False,
-        )
+        a.annotate(name, (1, y), (4, 0), "axes fraction", "offset points", color=colour, **look)
     return True
 
 
@@ -151,24 +136,12 @@ def spread(wanted: Array, gap: float) -> Array:
 
 def _legend(a: Axes, notes_only: bool = False) -> None:
     handles, labels = a.get_legend_handles_labels()
-    rows = [
-        (handle, label)
-        for handle, label in zip(handles, labels, strict=True)
-        if not notes_only or not len(handle.get_xdata())  # type: ignore[attr-defined]  # all are lines
-    ]
+    every: Any = zip(handles, labels, strict=True)  # all are lines
+    rows = [pair for pair in every if not notes_only or not len(pair[0].get_xdata())]
     if not rows or len(rows) > _LABELS:
         return
     columns = max(1, _LETTERS // (8 + max(_letters(label) for _, label in rows)))
-    a.legend(
-        [handle for handle, _ in rows],
-        [label for _, label in rows],
-        frameon=False,
-        ncols=min(columns, 6),
-        loc="lower left",
-        bbox_to_anchor=(0, 1),
-        borderaxespad=0.1,
-        fontsize=9,
-    )
+    a.legend(*zip(*rows, strict=True), ncols=min(columns, 6), fontsize=9, **ABOVE)
 
 
 def draw_modes(a: Axes, rows: Sequence[tuple[str, Array, Any]]) -> None:
@@ -186,4 +159,4 @@ def draw_modes(a: Axes, rows: Sequence[tuple[str, Array, Any]]) -> None:
     a.set(yticks=[], ylim=(-len(rows) + 0.5, 0.5))
     for side in ("left", "right", "top"):
         a.spines[side].set_visible(False)
-    a.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.1, fontsize="small")
+    a.legend(ncols=3, fontsize="small", **ABOVE)

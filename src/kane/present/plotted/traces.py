@@ -117,18 +117,19 @@ def _of(run: PlottedRun, quantities: Sequence[Any]) -> Keyed:
 def _everything(run: PlottedRun) -> Iterator[tuple[Any, Trace]]:
     eom, motion = run.equations, run.motion
     kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states}
-    if isinstance(motion, SectionPoints):
-        for kind, symbols in kinds.items():
-            yield from _listed(kind, run, symbols)
-        return
-    touching = ((c.normal_force, *c.friction_forces) for c in eom.system.contacts)
-    kinds["reactions"] = eom.reactions
-    kinds["contacts"] = tuple(dict.fromkeys(f for own in touching for f in own if f is not None))
+    if isinstance(motion, Solution):
+        touching = ((c.normal_force, *c.friction_forces) for c in eom.system.contacts)
+        kinds["reactions"] = eom.reactions
+        kinds["contacts"] = tuple(dict.fromkeys(f for own in touching for f in own if f is not None))
     for kind, symbols in kinds.items():
         yield from _listed(kind, run, symbols)
-    for label, values, style in energies(motion):
-        trace = Trace(Axis(label, "J", values), run.name, Axis("t", "s", run.t), run.dotted, style, label)
-        yield ("energy", "J"), judged(trace, 0.0)
+    for label, values, style in energies(motion) if isinstance(motion, Solution) else ():
+        yield ("energy", "J"), judged(in_time(run, Axis(label, "J", values), style), 0.0)
+
+
+def in_time(run: PlottedRun, axis: Axis, style: str) -> Trace:
+    """A quantity against time."""
+    return Trace(axis, run.name, Axis("t", "s", run.t), run.dotted, style, axis.label)
 
 
 def energies(motion: Solution) -> tuple[tuple[str, Array, str], ...]:
@@ -147,8 +148,7 @@ def _listed(title: str, run: PlottedRun, quantities: Iterable[Any]) -> Iterator[
                 yield (title, _ACROSS, k), _across(run, own, str(label))
                 continue
             for axis, floor in _axes(run, own, str(label)):
-                trace = Trace(axis, run.name, Axis("t", "s", run.t), run.dotted, run.line, axis.label)
-                yield (title, axis.unit or (k, j)), judged(trace, floor)
+                yield (title, axis.unit or (k, j)), judged(in_time(run, axis, run.line), floor)
 
 
 def _across(run: PlottedRun, pair: tuple[Any, ...], label: str) -> Trace:
