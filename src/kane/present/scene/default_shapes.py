@@ -13,7 +13,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
-from kane.model.bodies import Body, Particle, RigidBody
+from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import Constraint, cut_of
 from kane.model.solids import Inertia
 from kane.model.system import System
@@ -40,11 +40,16 @@ class Round:
 def family(system: System) -> dict[Point, list[Point]]:
     """The points born from each point, but those within beams."""
     children: dict[Point, list[Point]] = {}
-    beams = tuple(f"{b.name} " for b in system.bodies if isinstance(b, Beam))
+    within = of_beams(system)
     for p in system.points:
-        if p.parent is not None and not (beams and p.name.startswith(beams)):
+        if p.parent is not None and not p.name.startswith(within):
             children.setdefault(p.parent, []).append(p)
     return children
+
+
+def of_beams(system: System) -> tuple[str, ...]:
+    """What the names of points within beams begin with."""
+    return tuple(f"{b.name} " for b in system.bodies if isinstance(b, Beam))
 
 
 def attached(body: RigidBody, children: dict[Point, list[Point]]) -> list[Point]:
@@ -135,12 +140,8 @@ def body_items(system: System, into: Quantities, declared: set[str]) -> Iterator
         elif isinstance(body, Particle):
             yield _particle(system, body, into)
         else:
-            yield from _parts(body, into)
-
-
-def _parts(body: Body, into: Quantities) -> Iterator[Item]:
-    for part in body.parts():
-        yield Item("particle", part.name, "body", into.position(part.mass_center))
+            for part in body.parts():
+                yield Item("particle", part.name, "body", into.position(part.mass_center))
 
 
 def beam_item(beam: Beam, into: Quantities) -> Item:
@@ -214,37 +215,31 @@ def _particle(system: System, body: Particle, into: Quantities) -> Item:
         if place is not None and (place.particle is p or place.particle.parent is p):
             kind = "block" if law.restitution is ZERO else "ball"
             return Item(kind, body.name, "body", at, direction=into.direction(place.normal))
-    guide = _guided(system, p)
+    guide = _guided(system, p, into)
     if guide is not None:
         return Item("slider", body.name, "body", at, direction=into.direction(guide))
     return Item("particle", body.name, "body", at)
 
 
-def _guided(system: System, p: Point) -> Vector | None:
+def _guided(system: System, p: Point, into: Quantities) -> Vector | None:
     """The direction that a particle moves along, where its one coordinate shifts it straight, and not as it would fall."""
     moving = [s for s in free_symbols(_chain(p)) if isinstance(s, Coordinate)]
     if len(moving) != 1:
         return None
     inertial = system.inertial
-    place = Vector()
-    for q in reversed(p.ancestry()):
-        place = place + q.offset
-    way = place.diff(moving[0], inertial)
+    way = into.place(p).diff(moving[0], inertial)
     if any(isinstance(s, Coordinate) for s in free_symbols(way.components(inertial))):
         return None
-    fall = Vector()
-    for g in system.gravities:
-        fall = fall + g.acceleration
+    fall = sum((g.acceleration for g in system.gravities), start=Vector())
     if fall.is_zero:
         return way
-    sideways = sample(list(way.cross(fall).components(inertial)), SEEDS[0])
+    sideways = sample(way.cross(fall).components(inertial), SEEDS[0])
     return None if all(abs(x) <= DECLARED for x in sideways) else way
 
 
 def _chain(p: Point) -> list[Expr]:
-    return [x for f in (g for q in p.ancestry() for g in frames_of(q.offset)) for x in _scalars(f)] + [
-        x for q in p.ancestry() for x in q.offset.scalars()
-    ]
+    steps = [q.offset for q in p.ancestry()]
+    return [x for v in steps for x in (*v.scalars(), *(y for f in frames_of(v) for y in _scalars(f)))]
 
 
 def holding_items(system: System, into: Quantities) -> Iterator[Item]:
@@ -268,14 +263,13 @@ def _is_rod(c: Constraint) -> bool:
     if len(c.forces) != 2:
         return False
     (p, v), (q, _) = c.forces
-    along_line = list(v.cross(p.position(q)).components(p.root().frame))
-    return all(abs(x) <= DECLARED for x in sample([*along_line], SEEDS[0]))
+    across = v.cross(p.position(q)).components(p.root().frame)
+    return all(abs(x) <= DECLARED for x in sample(across, SEEDS[0]))
 
 
 def _rods(system: System, into: Quantities) -> Iterator[Item]:
     """From a point to one that is born at a constant place of a turning frame, where no body leads there."""
-    frames = {b.frame for b in system.rigid_bodies}
-    beams = [b.name + " " for b in system.bodies if isinstance(b, Beam)]
+    frames, within = {b.frame for b in system.rigid_bodies}, of_beams(system)
     covered = {edge.center for edge in rounds(system).values()} | {
         b.mass_center for b in system.rigid_bodies if isinstance(b.inertia, Inertia) and b.inertia.shape.kind != "rod"
     }
@@ -283,8 +277,14 @@ def _rods(system: System, into: Quantities) -> Iterator[Item]:
         turning = [f for f in frames_of(p.offset) if any(isinstance(s, Coordinate) for s in free_symbols(_scalars(f)))]
         fixed = is_constant_in_time(p.offset.scalars())
         carried = p.body is None and not any(f in frames for f in frames_of(p.offset))
-        inside = any(p.name.startswith(b) for b in beams)
-        if turning and fixed and carried and not inside and p.parent is not None and p not in covered:
+        if (
+            turning
+            and fixed
+            and carried
+            and not p.name.startswith(within)
+            and p.parent is not None
+            and p not in covered
+        ):
             yield Item("bar", p.name, "constraint", points=(into.position(p.parent), into.position(p)))
 
 

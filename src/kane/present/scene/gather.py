@@ -15,7 +15,7 @@ from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam
 from kane.model.bodies import Particle
 from kane.model.system import System
-from kane.present.scene.default_shapes import body_items, ground_items, holding_items
+from kane.present.scene.default_shapes import body_items, ground_items, holding_items, of_beams
 from kane.present.scene.moves import actions, center_of, load_items, movements
 from kane.present.scene.records import Item, Mark, Quantities, Scene, Triad
 from kane.present.scene.shapes import BodyShape, declared_item, shapes_of
@@ -70,12 +70,11 @@ def _items(system: System, told: tuple[BodyShape, ...], into: Quantities) -> Ite
 
 def _marks(system: System, into: Quantities) -> Iterator[Mark]:
     """The points with names of their own, the first of those at one place."""
-    beams = [f"{b.name} " for b in system.bodies if isinstance(b, Beam)]
-    seen: set[int] = set()
+    within, seen = of_beams(system), set[int]()
     for p in system.points:
         at = into.position(p)
         own = not p.name.endswith((" point", " ground", " particle")) and not p.name.startswith("end of ")
-        if at not in seen and own and not any(p.name.startswith(b) for b in beams):
+        if at not in seen and own and not p.name.startswith(within):
             seen.add(at)
             yield Mark(p.name, at, is_constant_in_time(into.place(p).components(into.inertial)))
 

@@ -52,11 +52,8 @@ def movements(system: System, into: Quantities) -> Iterator[Movement]:
         frame = next(f for f in system.frames if f.orientation is not None and f.orientation.quasi is group.quasi)
         at = into.position(center_of(system, frame))
         yield Movement("attitude", tuple(q.name for q in own), (at,), frame=frame.name, axis=into.direction(frame.z))
-    shifted: dict[Coordinate, Movement] = {}
     for q in left:
-        made = _turn(system, q, into) or _shift(system, q, into)
-        shifted[q] = made or Movement("none", (q.name,))
-    yield from shifted.values()
+        yield _turn(system, q, into) or _shift(system, q, into) or Movement("none", (q.name,))
 
 
 def _deflection(beam: Beam, own: list[Coordinate], into: Quantities) -> Movement:
@@ -172,7 +169,7 @@ def between(load: Load) -> str:
     if len(load.forces) != 2 or load.torques or load.slip is not None or load.scalar is not None:
         return ""
     (p, v), (_, w) = load.forces
-    if not (v + w).is_zero and any(x is not ZERO for x in (v + w).components(p.root().frame)):
+    if any(x is not ZERO for x in (v + w).components(p.root().frame)):
         return ""
     if load.potential is not None:
         return "spring"
@@ -216,7 +213,7 @@ def _touching(system: System, into: Quantities) -> Iterator[Action]:
         pushed = [(f, slip.forces[0]) for f, slip in zip(law.friction_forces, law.slips, strict=True) if slip.forces]
         if pushed:
             (_, (p, _)), *_ = pushed
-            friction = sum((f * v for f, (_, v) in pushed[1:]), start=pushed[0][0] * pushed[0][1][1])
+            friction = sum((f * v for f, (_, v) in pushed), start=Vector())
             yield Action("contact", law.name, "F", into.position(p), into.direction(friction))
 
 

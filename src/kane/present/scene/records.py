@@ -153,17 +153,15 @@ class Scene(Immutable):
         self._walk.check(values)
         found = [np.asarray(x, dtype=float) for x in self._walk(values)]
         table = np.stack(np.broadcast_arrays(*found), axis=-1) if found else np.zeros(0)
-        shape, counts = table.shape[:-1], (3 * len(self.positions), 9 * len(self.rotations), 3 * len(self.directions))
-        p, r, d, s = np.split(table, np.cumsum(counts), axis=-1)
-        n, m, k = len(self.positions), len(self.rotations), len(self.directions)
+        shape, (n, m, k) = table.shape[:-1], map(len, (self.positions, self.rotations, self.directions))
+        p, r, d, s = np.split(table, np.cumsum((3 * n, 9 * m, 3 * k)), axis=-1)
         turned = r.reshape(*shape, m, 3, 3).swapaxes(-1, -2)
         return Posed(p.reshape(*shape, n, 3), turned, d.reshape(*shape, k, 3), s)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as JSON takes it: the records, and as text the expressions that their numbers mean."""
-        records = {name: [asdict(x) for x in getattr(self, name)] for name in _RECORDS}
         return {
-            **records,
+            **{name: [asdict(x) for x in getattr(self, name)] for name in _RECORDS},
             "lengths": [list(x) for x in self.lengths],
             "positions": [[to_text(x) for x in v] for v in self.positions],
             "rotations": [[[to_text(x) for x in v] for v in axes] for axes in self.rotations],

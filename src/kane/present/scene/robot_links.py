@@ -34,13 +34,8 @@ def link_shapes(model: Imported) -> list[BodyShape]:
     ArgumentError
         if it is no imported model
     """
-    expect.instance(
-        model,
-        Imported,
-        "the model of an imported robot",
-        "kn.from_urdf and kn.from_mjcf give one.",
-        error=ArgumentError,
-    )
+    cure = "kn.from_urdf and kn.from_mjcf give one."
+    expect.instance(model, Imported, "the model of an imported robot", cure, error=ArgumentError)
     places: Mapping[str, tuple[Frame, Point]] = model.extras.get("places", {})
     drawn: defaultdict[str, list[LinkShape]] = defaultdict(list)
     for s in model.extras.get("shapes", ()):
