@@ -16,10 +16,10 @@ from kane.errors import ArgumentError, SimulationError
 from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.figure import Picture, file_path, saved
+from kane.present.figure import file_path, panel_column, saved
 from kane.present.linearized.branch_figures import label_along
 from kane.present.motion_plots import COLOURS
-from kane.present.plotted.lines import ABOVE, draw, look
+from kane.present.plotted.lines import ABOVE, draw
 from kane.present.plotted.runs import PlottedRun, runs_of, smooth
 from kane.present.plotted.traces import NOISE, Axis, Panel, energies, in_time, judged, readable
 from kane.units.rules import unit_text
@@ -47,11 +47,9 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
     expect.instance(solution, Solution, "a motion from kn.simulate", error=ArgumentError)
     place = file_path(path, 'kn.figures.energy_balance(sol, "energy.svg")')
     (run,) = runs_of(solution)
-    figure = Picture(figsize=(6.4, 5.6), layout="constrained")
-    axes = figure.subplots(3, 1, sharex=True)
     _, made = smooth(run, _balance, _seen)
+    figure, axes = panel_column(len(made), 5 / 3)
     for a, panel in zip(axes, made, strict=True):
-        look(a)
         draw(a, panel, [""])
         a.label_outer()
     return saved(figure, place)
@@ -108,15 +106,12 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     rows = _rows(branch)
     ranges = [_range(rows, what) for what in (quantities or coordinates)]
     periods = np.array([cycle.period for _, cycle, _ in rows])
-    figure = Picture(figsize=(6.4, 0.6 + 1.9 * (len(ranges) + 1)), layout="constrained")
-    axes = list(figure.subplots(len(ranges) + 1, 1, sharex=True, squeeze=False)[:, 0])
+    figure, axes = panel_column(len(ranges) + 1, 1.9, label_along(branch))
     for a, (label, bounds) in zip(axes, [*ranges, ("T [s]", [periods])], strict=True):
-        look(a)
         for values in bounds:
             _along(a, rows, values)
         _marks(a, branch)
         a.set_ylabel(label)
-    axes[-1].set_xlabel(label_along(branch))
     handles, labels = axes[0].get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
     axes[0].legend(named.values(), named, ncols=5, fontsize=9, **ABOVE)

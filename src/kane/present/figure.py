@@ -120,6 +120,16 @@ def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]
     return figure
 
 
+def panel_column(rows: int, height: float, below: str = "") -> tuple[Figure, list[Axes]]:
+    """A figure of panels above each other, `height` inches each, with one label below."""
+    figure = Picture(figsize=(6.4, height * rows + 0.6), layout="constrained")
+    axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    for a in axes:
+        look(a)
+    axes[-1].set_xlabel(below)
+    return figure, axes
+
+
 def file_path(path: str | Path | None, example: str) -> Path | None:
     """The path of a figure's file, if there is one, whose ending is known."""
     place = None if path is None else path_of(path, example)

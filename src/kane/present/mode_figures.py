@@ -17,8 +17,7 @@ from kane.errors import SimulationError
 from kane.model.beams.beam import Beam
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.figure import Picture, file_path, saved
-from kane.present.plotted.lines import look
+from kane.present.figure import file_path, panel_column, saved
 
 _STATIONS = 33
 _NAMED = 9
@@ -37,7 +36,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     expect.instance(beam, Beam, "a kn.Beam")
     place = file_path(path, 'kn.figures.mode_figure(beam, "modes.svg")')
     fields = beam.deformation.fields
-    figure, column = _column(len(fields), 2.2, "ξ = x/L")
+    figure, column = panel_column(len(fields), 2.2, "ξ = x/L")
     x = np.linspace(0, 1, 201)
     for f, axes in zip(fields, column, strict=True):
         values = f.shapes.evaluate(x, 0)
@@ -77,7 +76,7 @@ def beam_figure(
     bending = beam.deformation.bending
     motion, rows = _at(motion, times)
     places = deformed(beam, motion, np.linspace(0, 1, _STATIONS))
-    figure, column = _column(len(bending), 2.6, "along the axis [m]")
+    figure, column = panel_column(len(bending), 2.6, "along the axis [m]")
     scale = _scale(motion.t[rows])
     colours = scale.to_rgba(motion.t[rows])
     for k, (f, axes) in enumerate(zip(bending, column, strict=True), 1):
@@ -122,16 +121,3 @@ def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
     wanted = [whole.place(float(x)).dot(e) for x in stations for e in directions]
     values = np.array(solution[wanted])
     return np.moveaxis(values.reshape(len(stations), len(directions), -1), 2, 0)
-
-
-# Axes ------------------------------------------------------------------------------------------------------------------------
-
-
-def _column(rows: int, height: float, below: str) -> tuple[Figure, list[Any]]:
-    """A figure of panels above each other, `height` inches each, with one label below."""
-    figure = Picture(figsize=(6.4, height * rows + 0.6), layout="constrained")
-    axes = list(figure.subplots(max(1, rows), 1, sharex=True, squeeze=False)[:, 0])
-    for a in axes:
-        look(a)
-    axes[-1].set_xlabel(below)
-    return figure, axes

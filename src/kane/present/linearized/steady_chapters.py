@@ -11,8 +11,7 @@ from kane.equations.state import State
 from kane.errors import ArgumentError, cut
 from kane.present.linearized.chapter import Section
 from kane.present.linearized.eigenvalues import eigenvalues
-from kane.present.linearized.linearization_point import operating_point
-from kane.present.linearized.state_space import state_space
+from kane.present.linearized.linearization_point import operating_point, state_space
 
 
 def check_small_motions(eom: Equations, linearization: Any, root_locus: Any) -> None:
