@@ -368,3 +368,12 @@ def test_pictures_have_paths_and_ghosts_as_pages_have(tmp_path):
     assert changed.sum() > 50
     assert near(both, blue).sum() < 1.05 * body.sum()  # the other is paler
     assert np.argwhere(changed)[:, 1].mean() < np.argwhere(body)[:, 1].mean()
+
+
+@pytest.mark.parametrize("zero", ["m", "l", "I"])
+def test_what_has_no_mass_length_or_inertia_is_drawn(zero, tmp_path):
+    """By parameters at zero: an ellipsoid of no mass has no size, and a bar that leads nowhere no end."""
+    eom = kn.derive(load("pendulum").system())
+    sol = kn.simulate(eom, (0, 0.1), samples=3, q=[0.5], u=[0], parameters={zero: 0.0})
+    made = kn.animate(sol, tmp_path / "a.glb")
+    assert np.isfinite(transforms(made.model, made.courses[0].poses)).all()

@@ -240,3 +240,15 @@ def test_arguments_that_no_sketch_has_are_refused(tmp_path: Path) -> None:
         kn.sketch(system, title=3)  # type: ignore[arg-type]
     with pytest.raises(ModelError, match=r"Expected shapes= as shapes of kn\.figures\.shape, got BodyShape"):
         kn.sketch(system, shapes=kn.figures.shape("sphere", system.bodies[0], radius=1))  # type: ignore[arg-type]
+
+
+def test_a_body_about_its_own_mass_centre_is_drawn() -> None:
+    """A length of zero leaves the bar to the mass centre no direction."""
+    N = kn.Frame("N")
+    theta, l, moment = kn.coordinate("theta", "rad"), kn.parameter("l", 0.0, "m"), kn.parameter("I", 1.0, "kg*m^2")
+    B = N.rotate("B", theta, N.z)
+    center = kn.Point("O", fixed_in=N).at("B*", -l * B.y)
+    body = kn.RigidBody("wheel", frame=B, mass_center=center, mass=1.0, inertia=kn.inertia(B, moment, 0, moment))
+    drawn = kn.sketch(kn.System(N, bodies=[body], speeds="rates"))
+    assert all(np.isfinite(s.points).all() for s in drawn.strokes)
+    assert "nan" not in drawn.svg

@@ -69,7 +69,7 @@ def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
     other = link[int(np.argmax(np.linalg.norm(link - center, axis=1)))]
     size = float(np.linalg.norm(center - other))
     reach = min(0.775 * float(axes.max()), 1.1 * size)
-    if reach < 0.3 * size:
+    if not reach > 0.3 * size:  # nor where no link leads anywhere
         return False
     ends = paper.at(np.array([other, center + (center - other) / size * reach]))
     _bar(paper, ends, paper.depth(cloud))
