@@ -36,3 +36,32 @@ def test_scalars_have_no_places():
     eom = kn.derive(kn.System(N, bodies=[bead], speeds="rates", holonomic=x - y**2, coordinates=(x, y)))
     with pytest.raises(kn.SimulationError, match="say where their forces act"):
         kn.constraint_forces(eom, q=[0.25, 0.5], u={})
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3, 0.9])
+@pytest.mark.parametrize("across", [1, 0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_particle_that_slips_along_a_wall(sign, across, mu):
+    """Both ways along both axes: v_n' = −e v_n, and friction takes μ (1 + e) |v_n| of the slip, all of it at most."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y")
+    P = O.at("P", x * N.x + y * N.y)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 2.0)], speeds="rates"))
+    normal, before = (N.y, [sign, -1.0]) if across else (N.x, [-1.0, sign])
+    blow = kn.impact(eom, P, normal, restitution=0.5, friction=mu, q=[0, 0], u=before)
+    left = max(1.0 - 1.5 * mu, 0.0)
+    wanted = [sign * left, 0.5] if across else [0.5, sign * left]
+    assert list(blow.u.values()) == pytest.approx(wanted, abs=1e-14)
+    assert blow.slips is (left > 0)
+
+
+def test_impacts_of_what_has_no_mass_and_at_many_states_are_refused():
+    N = kn.Frame("N")
+    m, y = kn.parameter("m", 1.0), kn.coordinate("y")
+    P = kn.Point("O", fixed_in=N).at("P", y * N.y)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, m)], speeds="rates"))
+    with pytest.raises(kn.SingularError, match="speeds that all move some mass, got none moved by "):
+        kn.impact(eom, P, N.y, restitution=0.5, q=[0], u=[-1.0], parameters={m: 0.0})
+    with pytest.raises(kn.ArgumentError, match="one state, got arrays"):
+        kn.impact(eom, P, N.y, restitution=0.5, q=[0], u=[np.array([-1.0, -2.0])])

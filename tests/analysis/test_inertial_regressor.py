@@ -189,3 +189,28 @@ def pseudo(pi):
     I = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     h = np.array([[x], [y], [z]])
     return np.block([[np.trace(I) / 2 * np.eye(3) - I, h], [h.T, np.array([[m]])]])
+
+
+def test_forces_that_do_not_fit_are_refused():
+    """Forces of another shape than the rows of Y, values that are not finite, and zeros alone."""
+    N = kn.Frame("N")
+    hinge = kn.pin("h", kn.Point("O", fixed_in=N), N, axis=N.z)
+    inertia = kn.inertia(hinge.frame, 0.1, 0.2, 0.3)
+    rod = kn.RigidBody(
+        "rod", frame=hinge.frame, mass_center=hinge.point.at("G", 0.5 * hinge.frame.x), mass=2, inertia=inertia
+    )
+    r = regressor(kn.derive(kn.System(N, bodies=[rod], joints=[hinge], loads=[kn.gravity(-9.81 * N.y)])))
+    y = r.at([np.linspace(0, 1, 9)], [0.2], [0.3])
+    with pytest.raises(kn.SimulationError, match="broadcast to one shape"):
+        r.at([np.zeros(3)], [np.zeros(2)], [0.0])
+    for forces, match in (
+        (np.ones((4, 3)), "to one shape"),
+        (np.ones(9), r"got the shapes \(9, 1, 10\) and \(9,\)"),
+        (np.full((9, 1), np.nan), "finite"),
+        (np.zeros((9, 1)), "tell something"),
+        ("some", "in numbers"),
+    ):
+        with pytest.raises(kn.SimulationError, match=match):
+            r.possible(y, forces)
+    with pytest.raises(kn.SimulationError, match="got the shapes"):
+        r.possible(np.ones((3, 4)), np.ones(3))

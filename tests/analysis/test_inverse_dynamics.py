@@ -198,3 +198,17 @@ def test_which_constraints_follow_from_the_others_may_change_with_the_state():
     angles = np.array([0.0, 0.4, (np.pi - 1) / 2, (np.pi - 1) / 2 + 1e-7, 1.5, np.pi])
     found = kn.inverse(eom, [tau])(q=[0, 0, angles], u=[0, 0, 0.7], given={"u_th'": 2.0})
     np.testing.assert_allclose(found[tau], 6.0, rtol=1e-9)
+
+
+def test_arrays_that_do_not_fit_and_no_numbers_are_refused():
+    eom = equations("double_pendulum")
+    torques = kn.inverse(eom, [u.dt for u in eom.speeds])
+    known = dict.fromkeys(torques.known, 0.0)
+    with pytest.raises(kn.SimulationError, match=r"broadcast to one shape, got \(3,\) for .*, \(2,\) for "):
+        torques(q=[np.zeros(3), np.zeros(2)], u=[0, 0], given=known)
+    for wrong in ("x", kn.guess(0.1)):
+        with pytest.raises(kn.SimulationError, match="numbers for "):
+            torques(q=[wrong, 0.2], u=[0, 0], given=known)
+    some = next(p for p in eom.parameters if p.default is not None)
+    none = torques(q=[0.1, 0.2], u=[0, 0], given=known, parameters={some: np.zeros(0)})
+    assert all(x.shape == (0,) for x in none.values())

@@ -50,3 +50,48 @@ def test_soft_springs_are_held():
     )
     assert weak.squares == pytest.approx([1e-9, 1.0], rel=1e-6)
     assert weak.stable
+
+
+def stiff_and_slow():
+    """A mass on a spring of 2 · 10⁹ N/m, one on a spring of 1 N/m to it, and a free one."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y, z = kn.coordinates("x y z")
+    A, B = O.at("A", x * N.x), O.at("B", y * N.x)
+    bodies = [kn.Particle("a", A, 1.0), kn.Particle("b", B, 1.0), kn.Particle("c", O.at("C", z * N.y), 1.0)]
+    loads = [kn.Force(A, -2e9 * x * N.x), kn.Force(B, (x - y) * N.x)]
+    return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads)), (x, y, z)
+
+
+def test_what_depends_on_a_state_is_told_beside_its_own_row():
+    """A slow mass beside a stiff spring, a place among outputs of forces: they were taken for independent of what was left out."""
+    eom, (x, y, z) = stiff_and_slow()
+    linear = kn.linearize(eom, q=0, u=0, outputs={"force": 2e9 * x, "place": z})
+    with pytest.raises(kn.SimulationError, match=r"got y: .* depends on it"):
+        linear.without(y)
+    with pytest.raises(kn.SimulationError, match="got z: the output place depends on it"):
+        linear.without("cyclic")
+    with pytest.raises(kn.SimulationError, match="move by themselves, got y, which depends on x"):
+        linear.second_order(y)
+    np.testing.assert_allclose(linear.second_order([x, y]).K, [[2e9, 0], [-1, 1]])
+
+
+def test_states_are_named_by_symbols_by_names_and_alone():
+    eom, (x, _, z) = stiff_and_slow()
+    linear = kn.linearize(eom, q=0, u=0)
+    for gone in (z, "z", [z]):
+        assert kn.linearize(eom, q=0, u=0, leave_out=gone).coordinates == ("x", "y")
+    assert linear.without(z).coordinates == linear.without("z").coordinates == ("x", "y")
+    for own in (x, "x", [x], ["x"]):
+        assert linear.second_order(own).names == ("x",)
+    assert linear.second_order([]).names == ()
+    for chosen in (x, "x"):
+        with pytest.raises(kn.SimulationError, match="hold 3 of x, y, z that determine the others, got x"):
+            kn.linearize(eom, q=0, u=0, independent=chosen)
+    for wrong in ({"independent": 3}, {"leave_out": 3}, {"side": "x"}, {"side": [1]}, {"tolerance": "small"}):
+        with pytest.raises(kn.KaneError, match=r"Expected .*, got"):
+            kn.linearize(eom, q=0, u=0, **wrong)
+    for wrong in ({"moving": 3}, {"independent": 3}, {"tolerance": "small"}):
+        with pytest.raises(kn.KaneError, match=r"Expected .*, got"):
+            kn.trim(eom, q=0, u=0, **wrong)
+    assert kn.trim(eom, q=0, u=0, moving=z).q[z] == 0

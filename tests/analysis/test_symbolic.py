@@ -111,3 +111,22 @@ def test_unsolved_equations_hold_at_the_solved_values(make):
     matrix = np.array(eom.evaluate(kn.Matrix(made.matrix), q=at.q, u=at.u, inputs=inputs))
     right = np.array(eom.evaluate(list(made.right), q=at.q, u=at.u, inputs=inputs))
     np.testing.assert_allclose(matrix @ z, right, atol=1e-11)
+
+
+def test_euler_parameters_of_a_point_in_symbols_are_of_unit_length():
+    """Where they are left out they are so at the sample: a compound pendulum at rest has its frequencies at any heading."""
+    N = kn.Frame("N")
+    m, l, g = kn.parameter("m", 2.0), kn.parameter("l", 0.7), kn.parameter("g", 9.81)
+    hinge = kn.ball("b", kn.Point("O", fixed_in=N), N)
+    center, inertia = hinge.point.at("C", -l * hinge.frame.z), kn.inertia(hinge.frame, 1, 2, 3)
+    body = kn.RigidBody("bob", frame=hinge.frame, mass_center=center, mass=m, inertia=inertia)
+    eom = kn.derive(kn.System(N, bodies=[body], joints=[hinge], loads=[kn.gravity(-g * N.z)]))
+    e0, e1, e2, e3 = eom.coordinates
+    still = dict.fromkeys(eom.speeds, 0)
+    with pytest.raises(kn.SimulationError, match="misses unit length of Euler parameters by 3 "):
+        kn.linearize_symbolic(eom, {**still, e0: 2, e1: 0, e2: 0, e3: 0})
+    made = kn.linearize_symbolic(eom, {**still, e1: 0, e2: 0})
+    for turn in (0.0, 0.8, 3.0):
+        numeric = kn.linearize(eom, q=[np.cos(turn), 0, 0, np.sin(turn)], u=0)
+        a = kn.evaluate(made.A, {e0: np.cos(turn), e3: np.sin(turn)})
+        np.testing.assert_allclose(a, numeric.A, atol=1e-12)

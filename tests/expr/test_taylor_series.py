@@ -36,3 +36,20 @@ def test_what_cannot_be():
         kn.taylor(x, {x: 0}, -1)
     with pytest.raises(kn.ArgumentError, match="values free of x"):
         kn.taylor(x * y, {x: 2 * x})
+
+
+@pytest.mark.parametrize(
+    "e", [abs(x), abs(x) + x, kn.max(x, 0), kn.where(kn.less(x, 0), x, 2 * x), kn.where(kn.less(0, x), 1, 0)]
+)
+def test_a_corner_has_no_expansion(e):
+    with pytest.raises(kn.ExpressionError, match=r"there are all derivatives, got a corner: .* turns at x = 0"):
+        kn.taylor(e, {x: 0}, 1)
+    assert kn.evaluate(kn.taylor(e, {x: 1}, 1), {x: 1.2}) == pytest.approx(kn.evaluate(e, {x: 1.2}))
+
+
+def test_a_corner_of_later_derivatives_does_not_matter():
+    """x |x| has the value and the slope 0, and no second derivative; x² either way has all."""
+    assert kn.taylor(x * abs(x), {x: 0}, 1) is x - x
+    with pytest.raises(kn.ExpressionError, match="corner"):
+        kn.taylor(x * abs(x), {x: 0}, 2)
+    assert kn.taylor(abs(x) * abs(x), {x: 0}, 2) is kn.taylor(x**2, {x: 0}, 2)

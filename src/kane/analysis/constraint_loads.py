@@ -24,13 +24,14 @@ from kane.analysis.many.poses import Poses, poses
 from kane.equations.datasets import package
 from kane.equations.equations import Equations, check_equations, derive
 from kane.equations.state import State, StateValues, by_keyword, state_of
-from kane.errors import ArgumentError, Attributes, KaneError, SimulationError, cut, listed_warnings
+from kane.errors import ArgumentError, Attributes, KaneError, SimulationError, SingularError, cut, listed_warnings
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import zero_of
+from kane.numeric.rank import null_direction
 from kane.numeric.sampling import finite_number
-from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
+from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK, TAKES_PART
 from kane.space.frame import Point
 from kane.space.vector import Vector
 
@@ -202,6 +203,10 @@ def impact(
     at = state_of(state, **values)
     speeds = eom.independent_speeds
     before, axis, partials, mass = _numbers(eom, point, other, normal, at)
+    idle = null_direction(mass, SOLVE_RANK)
+    massless = (u.name for u, x in zip(speeds, () if idle is None else idle, strict=False) if abs(x) > TAKES_PART)
+    cure = "Give what they move a mass."
+    expect.none(massless, "speeds that all move some mass", "none moved by {}", cure, error=SingularError)
     inverse = partials.T @ np.linalg.solve(mass, partials)
     v_n, reach = float(axis @ before), float(axis @ inverse @ axis)
     came = f"a velocity of {v_n:.6g} along the normal from the struck to the striking one"
@@ -246,6 +251,7 @@ def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: Stat
         rows.append(v - motions[1].get(r, Vector()) if other is not None else v)
     velocity = point.velocity(frame) - (other.velocity(frame) if other is not None else Vector())
     before, axis, *partials = eom.evaluate([velocity, normal, *rows], state)
+    expect.that(np.shape(before) == (3,), "the numbers of one state", came="arrays", error=ArgumentError)
     mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, state)
     table = np.array(partials, dtype=float).reshape(len(speeds), 3)
     return np.asarray(before), np.asarray(axis), table, np.asarray(mass)
@@ -275,7 +281,7 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
 
     if friction[1] == 0:
         return np.asarray(blow(0.0)[0] @ axes), True
-    angles = np.linspace(-np.pi, np.pi, _TURNS)
+    angles = np.linspace(-np.pi, np.pi, _TURNS) + np.pi / _TURNS  # π, of slip along the first axis, lies between two
     values = np.array([turned(a) for a in angles])
     for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
         a, b = angles[k : k + 2].tolist()

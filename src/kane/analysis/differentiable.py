@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.flow import Flow, Preference, flow_at
 from kane.analysis.local import Outputs, all_switches
 from kane.analysis.one_sided import (
@@ -76,13 +77,12 @@ def _not_finite(piece: Piece) -> str:
 
 def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
     """The direction by name; `names` are the states and inputs."""
+    expected = f"side= as a direction in states and inputs ({', '.join(names)}), such as {{{names[0]!r}: 1}}"
+    expect.instance(side, Mapping, expected, error=ValueMissingError)
     told = {(k.name if isinstance(k, Symbol) else k): finite_number("direction", str(k), v) for k, v in side.items()}
     unknown = [str(n) for n in told if n not in names]
-    if unknown or not any(told.values()):
-        raise ValueMissingError(
-            f"Expected side= as a direction in states and inputs ({', '.join(names)}), such as {{{names[0]!r}: 1}}, got "
-            f"{', '.join(unknown) or 'none'}. independent= chooses which of the perturbations are states."
-        )
+    came, cure = ", ".join(unknown) or "none", "independent= chooses which of the perturbations are states."
+    expect.that(not unknown and any(told.values()), expected, came=came, cure=cure, error=ValueMissingError)
     return told
 
 

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.assembly import assemble
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.contributions import vanish
@@ -38,7 +39,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import rate, time
 from kane.expr.visit import substituted
 from kane.model.bodies import Particle, RigidBody
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, common_shape
 from kane.numeric.pseudo_inertia import UNITS, WEIGHT, distance, made_positive, root_of, step_rows
 from kane.numeric.rank import least_squares
 from kane.numeric.sampling import SEED, named_values
@@ -138,8 +139,15 @@ class Regressor(Attributes):
         SimulationError
             if masses of the model are not above zero
         """
-        rows = np.asarray(y, dtype=float).reshape(-1, len(self.names))
-        right = np.broadcast_to(np.asarray(forces, dtype=float), np.shape(y)[:-1]).reshape(-1)
+        rows, right = (expect.floats(x, "Y and F̃ in numbers", error=SimulationError) for x in (y, forces))
+        k = len(self.names)
+        shape, came = rows.shape[:-1], f"the shapes {rows.shape} and {right.shape}"
+        alike = rows.shape[-1:] == (k,) and common_shape({"F̃": right, "Y, its last axis apart": rows[..., 0]}) == shape
+        expect.that(alike, f"Y (… × p × {k}) and F̃ (… × p)", came=came, error=SimulationError)
+        finite = np.isfinite(rows).all() and np.isfinite(right).all()
+        expect.that(finite, "Y and F̃ of finite numbers", came="infinity or NaN", error=SimulationError)
+        expect.that(right.any(), "forces that tell something", came="zeros alone", error=SimulationError)
+        right, rows = np.broadcast_to(right, shape).reshape(-1), rows.reshape(-1, k)
         sizes = list(Counter(name.rpartition(": ")[0] for name in self.names).values())
         return possible(rows, right, sizes, self.numbers(parameters))
 
@@ -157,7 +165,7 @@ class Regressor(Attributes):
             raise SimulationError(
                 f"Expected values of all coordinates, speeds and accelerations, got none of {', '.join(missing)}."
             )
-        return values, np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+        return values, common_shape(values)
 
     def base(
         self, parameters: Mapping[Any, float] | None = None, *, near: Any = None, seed: int = SEED

@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from kane import expect, show
 from kane.equations.state import State
 from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError
-from kane.expr.symbols import Symbol
-from kane.numeric.arrays import Array, Complex
+from kane.numeric.arrays import Array, Complex, Mask
 from kane.numeric.rank import singular
-from kane.numeric.scale import EPS, GIVEN
+from kane.numeric.sampling import names_in
+from kane.numeric.scale import EPS, GIVEN, ROUNDED
 
 _LINK = 1e-9
 
@@ -114,8 +114,8 @@ class Linear(Attributes):
         """Whether every eigenvalue has a negative real part."""
         return bool(np.all(self.eigenvalues.real < 0))
 
-    def _indices(self, states: Sequence[Any]) -> list[int]:
-        names = [x.name if isinstance(x, Symbol) else x for x in states]
+    def _indices(self, states: Any) -> list[int]:
+        names = names_in("states", states)
         unknown = (n for n in names if n not in self.states)
         cure = "The others follow from the constraints; independent= chooses which."
         expect.none(unknown, f"states among {', '.join(self.states)}", cure=cure, error=ValueMissingError)
@@ -129,12 +129,12 @@ class Linear(Attributes):
         SimulationError
             if a state that is kept, or an output, depends on one that is left out
         """
-        names = self.cyclic if states == ("cyclic",) else states
-        gone = self._indices(names)
+        cyclic = names_in("states", states) == ["cyclic"]
+        gone = self._indices(self.cyclic if cyclic else states)
         keep = [i for i in range(len(self.states)) if i not in gone]
         own = [self.states[i] for i in keep]
-        self._check_untied(self.A[keep], self.A, own if states != ("cyclic",) else [], gone)
-        self._check_untied(self.C, self.C, [f"the output {name}" for name in self.outputs], gone)
+        self._check_untied(self.A, keep, [] if cyclic else own, gone)
+        self._check_untied(self.C, slice(None), [f"the output {name}" for name in self.outputs], gone)
         held = [i for i in keep if i >= len(self.coordinates)]
         speeds = [i - len(self.coordinates) for i in held if self.states[i] not in self.further]
         kinds: Any = ("states", "coordinates", "cyclic", "further")
@@ -142,8 +142,8 @@ class Linear(Attributes):
         left |= {"A": self.A[np.ix_(keep, keep)], "B": self.B[keep], "C": self.C[:, keep]}
         return replace(self, rates=self.rates[keep], mass=self.mass[np.ix_(speeds, speeds)], **left)
 
-    def _check_untied(self, rows: Array, whole: Array, labels: Sequence[str], gone: Sequence[int]) -> None:
-        tied = np.argwhere(np.abs(rows[:, gone]) > _LINK * np.abs(whole).max(initial=0))
+    def _check_untied(self, a: Array, rows: Any, labels: Sequence[str], gone: Sequence[int]) -> None:
+        tied = np.argwhere(_links(a)[rows][:, gone])
         if labels and len(tied):
             i, j = tied[0]
             raise SimulationError(
@@ -151,7 +151,7 @@ class Linear(Attributes):
                 f"speed depends are {', '.join(self.cyclic) or 'none'}."
             )
 
-    def second_order(self, coordinates: Sequence[Any] | Literal["all"] = "all") -> SecondOrder:
+    def second_order(self, coordinates: Any = "all") -> SecondOrder:
         """M q̈ + C q̇ + K q = F r of the coordinates, or of some that the rest does not disturb.
 
         With q̇ = G q + H u and u̇ = P q + Q u + B r,
@@ -170,7 +170,7 @@ class Linear(Attributes):
         cure = "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
         expect.none(self.further, expected, "the further states {}", cure, error=SimulationError)
         count = len(self.coordinates)
-        q = list(range(count)) if coordinates == "all" else self._indices(coordinates)
+        q = list(range(count)) if names_in("coordinates", coordinates) == ["all"] else self._indices(coordinates)
         wrong = (self.states[i] for i in q if i >= count)
         expect.none(wrong, "coordinates for the second-order form", "the speeds {}", error=SimulationError)
         u = slice(count, len(self.states))
@@ -199,12 +199,12 @@ class Linear(Attributes):
         """q̇ and q̈ must hold no other coordinates, and nothing of the speeds beyond q̇."""
         count = len(self.coordinates)
         rest = [j for j in range(count) if j not in q]
-        size = np.abs(self.A).max(initial=0)
-        most = (np.abs(h) @ np.abs(self.A[count:])).max(initial=0)
+        rates, changes = self.A[q], h @ self.A[count:]
+        most = np.abs(h) @ np.abs(self.A[count:])
+        tied = np.vstack([_links(rates)[:, rest], _links(changes, most)[:, rest]])
         pairs = [
-            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > _LINK * size)),
-            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > _LINK * most)),
-            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > _LINK * most)),
+            *((i % len(q), self.states[rest[j]]) for i, j in np.argwhere(tied)),
+            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(_links(hidden, most))),
         ]
         if pairs:
             i, other = pairs[0]
@@ -238,6 +238,13 @@ class Linear(Attributes):
     def __repr__(self) -> str:
         values = ", ".join(f"{v:.4g}" for v in self.eigenvalues)
         return f"Linear({', '.join(self.states)}; eigenvalues {values})"
+
+
+def _links(a: Array, terms: Array | None = None) -> Mask:
+    """Which entries count beside the largest of their row, or of its `terms`, and are no rounding beside the largest of all."""
+    size = np.abs(a if terms is None else terms)
+    least = np.maximum(_LINK * size.max(axis=1, keepdims=True, initial=0), ROUNDED * size.max(initial=0))
+    return np.asarray(np.abs(a) > least)
 
 
 _ROUNDING = 16 * EPS
@@ -275,14 +282,15 @@ class NormalModes(Attributes):
 
     def normal_coordinates(self, x: Any) -> Array:
         """η = BᵀM x, of deviations or of their rates; x is n, or n × any."""
-        own, expected = np.asarray(x, dtype=float), f"{len(self.names)} values, of {', '.join(self.names)}"
+        expected = f"{len(self.names)} values, of {', '.join(self.names)}"
+        own = expect.floats(x, expected, error=ArgumentError)
         expect.that(own.shape[:1] == (len(self.names),), expected, came=f"shape {own.shape}", error=ArgumentError)
         return np.asarray(self.shapes.T @ self.M @ own)
 
     def motion(self, t: Any, x: Any, rates: Any) -> Array:
         """x at the times t (n_t × n) from x and its rates at t = 0: η cos ω t + η̇ sin ω t/ω, hyperbolic where λ < 0."""
         start, drift = self.normal_coordinates(x), self.normal_coordinates(rates)
-        times = np.asarray(t, dtype=float)[..., None]
+        times = expect.floats(t, "times in numbers", error=ArgumentError)[..., None]
         omega = np.sqrt(np.abs(self.squares))
         angle = omega * times
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -30,16 +30,16 @@ from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
-from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut
+from kane.errors import ArgumentError, Attributes, CornerError, SimulationError, ValueMissingError, cut
+from kane.expr.build import sub
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.matrix import Matrix, solve_lu
-from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.piecewise import on_sides, side_symbols, switches
-from kane.expr.symbols import Symbol
+from kane.expr.matrix import Matrix, dot, solve_lu
+from kane.expr.node import ONE, Expr, as_expr
+from kane.expr.piecewise import on_either_side
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
-from kane.numeric.sampling import SEED, named_values, values_of
+from kane.numeric.sampling import SEED, named_values, names_in, values_of
 from kane.numeric.scale import GIVEN
 from kane.program.native.machine import Settings
 from kane.progress import working
@@ -66,33 +66,37 @@ class Linearizer(Attributes):
         **values: Unpack[StateValues],
     ) -> Linear | Any:
         """See `linearize`."""
+        expect.number(tolerance, "a tolerance, a number", error=ArgumentError)
+        gone, chosen = names_in("leave_out= as a list", leave_out), names_in("independent= as a list", independent)
         many = poses(self.eom, state, values)
         if many is not None:
             with working("Linearizing"):
-                options = {"steady": steady, "tolerance": tolerance, "side": side, "leave_out": leave_out}
-                return self._of_many(many, independent, options)
+                options = {"steady": steady, "tolerance": tolerance, "side": side}
+                return self._of_many(many, chosen, gone, options)
         with working("Linearizing"):
             numeric = self.eom.numeric(self.settings)
             arrays = arrays_at(numeric, state_of(state, **values))
-            flow, verdict = _flow(numeric, arrays, choice_of(numeric, independent), bool(independent), tolerance)
+            flow, verdict = _flow(numeric, arrays, choice_of(numeric, chosen), bool(chosen), tolerance)
             smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
             if smooth.flow is not flow:
                 flow, verdict = smooth.flow, steadiness(smooth.flow, tolerance)
             if steady and not verdict.holds:
-                raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
-            _check_independent(flow, independent)
+                raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(chosen), tolerance)))
+            _check_independent(flow, chosen)
             linear = self._linear(smooth, verdict)
-            gone = [leave_out] if isinstance(leave_out, str) else leave_out
-            return linear.without(*gone) if len(gone) else linear
+            return linear.without(*gone)
 
-    def _of_many(self, many: Poses, independent: Sequence[Any], options: Mapping[str, Any]) -> Any:
+    def _of_many(self, many: Poses, independent: Sequence[str], gone: Sequence[str], options: Mapping[str, Any]) -> Any:
         """Those at many states as a Dataset; what is left out of these is solved for as in `assemble`."""
         eom = self.eom
         given = {**many.given("q"), **many.given("u")}
         if not many.failed and any(
             s not in given or isinstance(given[s], Guess) for s in (*eom.coordinates, *eom.speeds)
         ):
-            whole = poses(eom, assemble(eom, many.of_state()), {"states": many.given("states")})
+            states = many.given("states")
+            table: Any = assemble(eom, many.of_state())
+            table = table.drop_vars([s.name for s in states], errors="ignore")
+            whole = poses(eom, table, {"states": states})
             assert whole is not None
             many = whole
 
@@ -100,8 +104,8 @@ class Linearizer(Attributes):
             result: Linear = self(many.state(k), independent=names or independent, **options)
             return result
 
-        together = not (options["steady"] or options["leave_out"] or options["side"])
-        return linearized(many, eom.numeric(self.settings), self.outputs, alone, together)
+        together = not (options["steady"] or gone or options["side"])
+        return linearized(many, eom.numeric(self.settings), self.outputs, alone, gone, together)
 
     @staticmethod
     def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:
@@ -205,10 +209,10 @@ def _flow(
     return (second, again) if again.holds else (flow, verdict)
 
 
-def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Preference:
+def choice_of(numeric: Numeric[Equations], independent: Any) -> Preference:
     """What is to be dependent when `independent` is to be independent, and by the system's own wish."""
     eom, known = numeric.equations, numeric.value(perturbations).names
-    names = [x.name if isinstance(x, Symbol) else x for x in independent]
+    names = names_in("independent= as a list", independent)
     speeds = [u.name for u in eom.speeds]
     unknown = (n for n in names if n not in known and n not in speeds)
     expect.none(unknown, f"independent= among {', '.join((*known, *speeds))}", error=ValueMissingError)
@@ -218,8 +222,8 @@ def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Prefer
     return Preference(tuple(chosen_q), tuple(chosen_u))
 
 
-def _check_independent(flow: Flow, wanted: Sequence[Any]) -> None:
-    names, count = {x.name if isinstance(x, Symbol) else x for x in wanted}, len(flow.tangents.free_q)
+def _check_independent(flow: Flow, names: Sequence[str]) -> None:
+    count = len(flow.tangents.free_q)
     known, speeds = flow.numeric.value(perturbations).names, [u.name for u in flow.numeric.equations.speeds]
     for all_names, got in ((known, flow.states[:count]), (speeds, flow.states[slice(*flow.counts)])):
         asked = [n for n in all_names if n in names]
@@ -294,23 +298,26 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     turned = spread(perturbed, np.array(eom.coordinates, dtype=object)).T
     seeds: list[dict[Expr, Expr]] = [dict(zip(eom.coordinates, map(as_expr, row), strict=True)) for row in turned]
     seeds += [{s: ONE} for s in (*eom.speeds, *eom.states, *eom.inputs)]
-    values, slopes = _of_either_side(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
+    lengths = [sub(dot(s.coordinates, s.coordinates), ONE) for s in eom.system.euler_parameters]
+    at = {s: as_expr(e) for s, e in named_values("the point", (*eom.state, *eom.inputs), point).items()}
+    held = [*equations.configuration, *equations.motion]
+    values, slopes = _of_either_side([*flow, *held, *lengths], at, seeds)
     width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
-    point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), SEED)
+    point_values = _sampled(eom, at, free_symbols([*values, *slopes.flat, *at.values()]))
 
     def sample(exprs: Entries) -> Array:
         return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)
 
     names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
+    names += ["unit length of Euler parameters"] * len(lengths)
     came = "one that misses {} with parameters at their defaults"
     cure = "Give expressions that satisfy them for all parameters."
     expect.none(misses(names, sample(values[rates:])), "a point on the constraints", came, cure, error=SimulationError)
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()
-    tangent = tangents(
-        slopes[rates : rates + c], slopes[rates + c :], width, n, _in_symbols(sample, wished), _in_symbols(sample, own)
-    )
+    by_q, by_u = (_in_symbols(sample, preferred) for preferred in (wished, own))
+    tangent = tangents(slopes[rates:][:c], slopes[rates:][c : len(held)], width, n, by_q, by_u)
     rows = [*tangent.free_q, *(width + i for i in (*tangent.free_u, *range(n, n + len(eom.states))))]
     result = slopes[rows] @ tangent.moves
     states = (*(perturbed.names[i] for i in tangent.free_q), *(eom.speeds[i].name for i in tangent.free_u))
@@ -325,42 +332,37 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     return SymbolicLinear(states, inputs, len(tangent.free_q), Matrix(a, a.shape), Matrix(b, b.shape))
 
 
+def _sampled(eom: Equations, at: Mapping[Expr, Expr], symbols: Iterable[Expr]) -> Mapping[Any, float]:
+    """A value for every symbol, Euler parameters that the point leaves out such that all four are of unit length."""
+    values = values_of((*symbols, *eom.coordinates, *eom.parameters), SEED)
+    for s in eom.system.euler_parameters:
+        left = [e for e in s.coordinates if e not in at]
+        rest = 1.0 - sum(float(evaluate(at[e], values)) ** 2 for e in s.coordinates if e in at)
+        size = np.linalg.norm([values[e] for e in left])
+        values |= {e: float(values[e] / size) * max(rest, 0.0) ** 0.5 for e in left}
+    return values
+
+
 def _of_either_side(
-    eom: Equations, point: Mapping[Any, Any], roots: Sequence[Expr], seeds: Sequence[Mapping[Expr, Expr]]
+    roots: Sequence[Expr], at: Mapping[Expr, Expr], seeds: Sequence[Mapping[Expr, Expr]]
 ) -> tuple[Entries, Entries]:
-    """The roots and their derivatives as `_at_point` has them, which must be the same on all sides of what switches at the point."""
-    symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs)
-    at = {s: as_expr(e) for s, e in named_values("the point", symbols, point).items()}
-    standing = [s for s in switches(roots) if substituted(s.quantity, at) is ZERO]
-    sides = side_symbols(s.quantity for s in standing)
-    memo: dict[Expr, Expr] = {}
-    either = [on_sides(root, sides, memo) for root in roots]
+    """The roots, and their derivatives along each of the seeds (roots × seeds), at the point: the same on all sides of switches."""
 
-    def on(signs: Sequence[int]) -> tuple[Entries, Entries]:
-        return _at_point({**at, **dict(zip(sides.values(), map(as_expr, signs), strict=True))}, either, seeds)
+    def made(own: Sequence[Expr], there: Mapping[Expr, Expr]) -> list[Expr]:
+        columns = [own]
+        for seed in seeds:
+            known: dict[Expr, Expr] = {}
+            columns.append([tangent(e, seed, known) for e in own])
+        memo: dict[Expr, Expr] = {}
+        return [substituted(e, there, memo) for column in columns for e in column]
 
-    first = on([1] * len(standing))
-    for k, s in enumerate(standing):
-        for others in (1, -1):
-            one, other = (on([sign if j == k else others for j in range(len(standing))]) for sign in (1, -1))
-            if any(a is not b for x, y in zip(one, other, strict=True) for a, b in zip(x.flat, y.flat, strict=True)):
-                raise CornerError(
-                    f"Expected a point at which the equations have one derivative, got a corner: {cut(str(s.nodes[0]), 80)} turns at "
-                    f"{cut(str(s.quantity))} = 0. kn.linearize(eom, …, side=…) takes the derivative of one side in numbers."
-                )
-    return first
-
-
-def _at_point(
-    at: Mapping[Expr, Expr], roots: Sequence[Expr], seeds: Sequence[Mapping[Expr, Expr]]
-) -> tuple[Entries, Entries]:
-    """The roots, and their derivatives along each of the seeds (roots × seeds), at the point."""
-    memo: dict[Expr, Expr] = {}
-    columns = [list(roots)]
-    for seed in seeds:
-        own: dict[Expr, Expr] = {}
-        columns.append([tangent(e, seed, own) for e in roots])
-    table = np.array([[substituted(e, at, memo) for e in column] for column in columns], dtype=object)
+    flat, corner = on_either_side(roots, at, made)
+    if corner is not None:
+        raise CornerError(
+            f"Expected a point at which the equations have one derivative, got a corner: {cut(str(corner.nodes[0]), 80)} turns at "
+            f"{cut(str(corner.quantity))} = 0. kn.linearize(eom, …, side=…) takes the derivative of one side in numbers."
+        )
+    table = np.array(flat, dtype=object).reshape(-1, len(roots))
     return table[0], table[1:].T
 
 

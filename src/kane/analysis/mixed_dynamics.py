@@ -29,7 +29,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, common_shape
 from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
@@ -96,12 +96,11 @@ class Inverse(Attributes):
             speeds = eom.evaluate(list(eom.speeds), replace(at, inputs=inputs))
             values |= dict(zip(eom.speeds, speeds, strict=True))
         sizes = named_values("parameters", eom.parameters, at.parameters)
-        varied = {s: np.asarray(v, dtype=float) for s, v in sizes.items() if np.ndim(v)}
-        plain = parameter_values(eom.system, sizes | {s: v.flat[0] for s, v in varied.items()})
+        varied = {s: _floats(s, v) for s, v in sizes.items() if np.ndim(v)}
+        plain = parameter_values(eom.system, sizes | {s: v.flat[0] if v.size else 1.0 for s, v in varied.items()})
         constants: dict[Expr, Any] = {**plain, **varied}
-        arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
-        times = np.asarray(at.t, dtype=float)
-        shape = np.broadcast_shapes(times.shape, *(a.shape for a in (*arrays.values(), *varied.values())))
+        arrays, times = {s: _floats(s, v) for s, v in values.items()}, _floats(time, at.t)
+        shape = common_shape({time: times, **arrays, **varied})
         full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
         x = np.stack([full[s] for s in eom.state], axis=-1)
         r = np.zeros((*shape, len(eom.inputs)))
@@ -119,6 +118,8 @@ class Inverse(Attributes):
         many = poses(self.eom, state, by_kind)
         assert many is not None
         own = named_values("quantities that are given", self.known, given)
+        wrong = (f"{np.shape(v)} for {s}" for s, v in own.items() if np.shape(v) not in ((), (many.count,)))
+        expect.none(wrong, f"{many.count} values of each array beside the Dataset", error=SimulationError)
 
         def at(k: int) -> dict[Symbol, Any]:
             return self(many.state(k), given={s: np.broadcast_to(v, many.count)[k] for s, v in own.items()})
@@ -217,6 +218,10 @@ class Inverse(Attributes):
                 "can be added without any effect. Give one of these, or take another unknown in its place."
             )
         return z
+
+
+def _floats(s: Expr, value: Any) -> Array:
+    return expect.floats(value, f"numbers for {s}", error=SimulationError)
 
 
 class _Mixed(NamedTuple):

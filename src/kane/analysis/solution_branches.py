@@ -222,6 +222,7 @@ def continuation(
     """
     check_equations(eom)
     wanted = _values(values)
+    expect.whole(max_points, "max_points= as a number of points", least=0, error=SimulationError)
     task, place = _problem(eom.numeric(settings), symbol, wanted[0], state_of(state, **by_kind), moving, independent)
     with working("Following the branch"):
         start = solve_problem(task, SOLVED)

@@ -29,13 +29,13 @@ from kane.dynamics.constraints.manifold import branches, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import ArgumentError, SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
-from kane.numeric.sampling import SEED, draw, named_values
+from kane.numeric.sampling import SEED, draw, named_values, names_in
 from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
 from kane.program.native.machine import Settings
 from kane.progress import working
@@ -135,7 +135,7 @@ def problem(
         e = x[list(places)]
         if not e.any():
             x[places[0]] = 1.0
-    names = [m.name if isinstance(m, Symbol) else m for m in moving]
+    names = names_in("moving= as a list", moving)
     unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in (*eom.speeds, *eom.states)}]
     expect.none(unknown, "moving= to name coordinates, speeds or states", error=ValueMissingError)
     held = conditions(numeric, float(given.t), x, choice_of(numeric, independent), names)
@@ -182,6 +182,7 @@ def trim(
         if the conditions do not determine what is left out
     """
     check_equations(eom)
+    expect.number(tolerance, "a tolerance, a number", error=ArgumentError)
     many = poses(eom, state, values)
     if many is not None:
         with working("Trimming"):

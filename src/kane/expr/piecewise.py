@@ -372,6 +372,28 @@ def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -
     return fold(root, memo, replaced)
 
 
+def on_either_side(
+    roots: Sequence[Expr],
+    at: Mapping[Expr, Expr],
+    made: Callable[[Sequence[Expr], Mapping[Expr, Expr]], Sequence[Expr]],
+) -> tuple[Sequence[Expr], SwitchedQuantity | None]:
+    """What is `made` of the roots at a point, and the first switch that stands there and makes another of them on its other side."""
+    standing = [s for s in switches(roots) if substituted(s.quantity, at) is ZERO]
+    sides, memo = side_symbols(s.quantity for s in standing), dict[Expr, Expr]()
+    either = [on_sides(root, sides, memo) for root in roots]
+
+    def on(signs: Sequence[int]) -> Sequence[Expr]:
+        return made(either, {**at, **dict(zip(sides.values(), map(as_expr, signs), strict=True))})
+
+    first = on([1] * len(standing))
+    for k, s in enumerate(standing):
+        for others in (1, -1):
+            one, other = (on([sign if j == k else others for j in range(len(standing))]) for sign in (1, -1))
+            if any(a is not b for a, b in zip(one, other, strict=True)):
+                return first, s
+    return first, None
+
+
 def side_symbols(quantities: Iterable[Expr]) -> dict[Expr, Symbol]:
     """A symbol for the side of each."""
     return {c: side_symbol(k) for k, c in enumerate(quantities)}

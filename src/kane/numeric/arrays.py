@@ -7,12 +7,13 @@ How fast what is left to itself changes, read off ẋ = A x: the same in any uni
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from kane.errors import SimulationError
 from kane.expr.numbers import value_of_numbers
 from kane.expr.ops import COS, OPS, SIN
 from kane.numeric.scale import LAST_DIGIT
@@ -129,6 +130,16 @@ def medians(x: Array, axis: int = 0) -> Array:
 def blocks(count: int, size: int = 64) -> Iterator[slice]:
     """The places of so many matrices, block by block: those of a block, and what is made of them, stay in the processor's cache."""
     return (slice(k, min(k + size, count)) for k in range(0, count, size))
+
+
+def common_shape(values: Mapping[Any, npt.ArrayLike]) -> tuple[int, ...]:
+    """The shape to which arrays broadcast; a SimulationError says whose do not."""
+    shapes = {name: shape for name, x in values.items() if (shape := np.shape(x))}
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError as error:
+        told = ", ".join(f"{shape} for {name}" for name, shape in shapes.items())
+        raise SimulationError(f"Expected arrays that broadcast to one shape, got {told}.") from error
 
 
 def spread(values: Sequence[Any], shape: tuple[int, ...]) -> Array:

@@ -94,7 +94,7 @@ class Singular:
 
     def regular(self, threshold: float) -> bool:
         """Whether the least singular value counts."""
-        return bool(self.values[-1] > threshold * self.values[0])
+        return self.rank(threshold) == len(self.values)
 
 
 def singular(a: Array) -> Singular:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kane import expect
 from kane.errors import SimulationError, ValueMissingError, alike, cut
 from kane.expr.evaluation import FLOAT
 from kane.expr.node import Expr, constant_value, postorder
@@ -168,6 +169,13 @@ def symbols_named(what: str, symbols: Sequence[Symbol], keys: Any) -> Symbols[An
             raise ValueMissingError(f"Expected one of {', '.join(by_name) or 'none'}, got {unknown(key, symbols)}")
         found.append(symbol)
     return Symbols(found)
+
+
+def names_in(expected: str, given: Any) -> list[str]:
+    """The names of symbols and names in a list; one that stands alone is a list of it."""
+    alone = isinstance(given, str | Expr)
+    listed = (given,) if alone else expect.items(given, expected, "List symbols or names.", error=ValueMissingError)
+    return [x.name if isinstance(x, Symbol) else str(x) for x in listed]
 
 
 def symbol_named(symbols: Iterable[Symbol], key: Any) -> Symbol:

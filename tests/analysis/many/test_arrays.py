@@ -367,3 +367,64 @@ def test_what_was_marked_stays_so():
     forces = kn.inverse(BAR, [DRIVE])(found, given={"u1'": 0.0})
     assert forces["cause"].values.tolist() == found["cause"].values.tolist()
     assert np.isfinite(forces["drive"].values).tolist() == [False, True, True]
+
+
+# What is given as one number, and what is left out -------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def bead():
+    """A bead on a circle, driven by a force less a further state that it drives."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y")
+    P, a = O.at("P", x * N.x + y * N.y), kn.state("a", 0.2)
+    loads = [kn.gravity(-9.81 * N.y), kn.Force(P, (kn.input("F") - a) * N.x)]
+    system = kn.System(
+        N,
+        bodies=[kn.Particle("p", P, 1.0)],
+        speeds="rates",
+        holonomic=[kn.distance(P, O, 1.0)],
+        loads=loads,
+        states={a: x - a},
+    )
+    return kn.derive(system)
+
+
+PLACES = np.linspace(-0.5, 0.4, 4)
+
+
+@pytest.mark.parametrize("force", [3, np.int64(3), np.float32(3), np.array(3.0)])
+@pytest.mark.parametrize("lag", [0.3, PLACES])
+def test_numbers_of_all_kinds_and_further_states_reach_every_linearization(bead, force, lag):
+    """As at each state by itself: a NumPy integer was left out with what was solved for, further states came twice."""
+    speeds = {bead.independent_speeds[0]: 0.0}
+    found = kn.linearize(
+        bead, q={"x": PLACES, "y": kn.guess(-1)}, u=speeds, states={"a": lag}, inputs={"F": force}, steady=False
+    )
+    for k, x in enumerate(PLACES):
+        own = np.broadcast_to(lag, 4)[k]
+        q, inputs = {"x": x, "y": kn.guess(-1)}, {"F": 3.0}
+        one = kn.linearize(bead, q=q, u=speeds, states={"a": own}, inputs=inputs, steady=False)
+        close(found.rates[k], one.rates)
+        close(found.A[k], one.A)
+
+
+def test_states_are_left_out_at_all_states():
+    """Of two particles, one on a spring of several stiffnesses and one that is free, the free one's place is cyclic."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, z = kn.coordinates("x z")
+    P, k = O.at("P", x * N.x), kn.parameter("k", 1.0)
+    bodies = [kn.Particle("p", P, 1.0), kn.Particle("free", O.at("Q", z * N.y), 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=[kn.Force(P, -k * x * N.x)]))
+    for gone in ("cyclic", "z", z, [z]):
+        found = kn.linearize(eom, q=0, u=0, leave_out=gone, parameters={k: [1.0, 2.0, 3.0]})
+        assert list(found.state.values) == ["x", *(u.name for u in eom.speeds)]
+        close(found.A[:, 1, 0], [-1.0, -2.0, -3.0])
+
+
+def test_values_beside_a_dataset_have_its_length(bead):
+    states = kn.assemble(bead, q={"x": PLACES, "y": kn.guess(-1)})
+    with pytest.raises(kn.SimulationError, match=r"4 values of each array beside the Dataset, got \(3,\) for F"):
+        kn.inverse(bead, [u.dt for u in bead.speeds])(states, given={"F": np.zeros(3)})

@@ -39,23 +39,30 @@ def linearized(
     numeric: Numeric[Equations],
     outputs: Outputs,
     alone: Callable[[int, Sequence[str]], Linear],
+    leave_out: Sequence[str],
     together: bool,
 ) -> Any:
-    """A, B, C, D, rates and values of all states as a Dataset.
+    """A, B, C, D, rates and values of all states as a Dataset, without the states that are left out at the first.
 
     `alone` linearizes the kth by itself, with the names of what is to be independent; `together` says whether all may be at once.
     """
+
+    def begun(k: int) -> tuple[Linear, Linear]:
+        whole = alone(k, ())
+        return whole, whole.without(*leave_out)
+
     causes = dict(poses.failed)
-    place = poses.first(lambda k: alone(k, ()), causes, (SimulationError, ArithmeticError))
+    place = poses.first(begun, causes, (SimulationError, ArithmeticError))
     if place is None:
         raise SimulationError(f"Expected a state to linearize about, got none of {poses.count}. {causes[0]}")
-    _, first = place
-    names = [s for s in first.states if s not in first.further]
+    whole_first, first = place[1]
+    names = [s for s in whole_first.states if s not in whole_first.further]
+    gone = [s for s in whole_first.states if s not in first.states]
     found = {part: np.full((poses.count, *getattr(first, part).shape), np.nan) for part in PARTS}
     sure = np.zeros(poses.count, dtype=bool)
     if together and is_plain(numeric, outputs):
         sure = _together(poses, numeric, outputs, first, found)
-    for k, own in poses.rest(lambda k: alone(k, names), causes, set(np.flatnonzero(sure))):
+    for k, own in poses.rest(lambda k: alone(k, names).without(*gone), causes, set(np.flatnonzero(sure))):
         for part, whole in found.items():
             whole[k] = getattr(own, part)
     for whole in found.values():

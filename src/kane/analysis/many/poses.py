@@ -5,7 +5,7 @@ One that has no answer stops no other: its numbers are NaN, its `status` is "fai
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,10 +14,11 @@ from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
 from kane.equations.instances import STARTS, Instances, has_columns, instances
-from kane.equations.state import GROUPS, State, StateValues, state_of
+from kane.equations.state import GROUPS, Guess, State, StateValues, state_of
 from kane.errors import ArgumentError, KaneError, SimulationError, SingularError, ValueMissingError
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
+from kane.numeric.sampling import finite_number
 
 T = TypeVar("T")
 BY_NAME = ("parameters", "inputs", "t")
@@ -168,7 +169,16 @@ def poses(
     if not has_columns(kinds):
         return None
     package("xarray")
-    return Poses(eom, instances(eom, kinds), {})
+    return Poses(eom, _in_numbers(instances(eom, kinds)), {})
+
+
+def _in_numbers(given: Instances) -> Instances:
+    """With floats in the places of whatever numbers all have in common; guesses stay."""
+    common = {
+        kind: own and {s: x if isinstance(x, Guess) else finite_number("value", s.name, x) for s, x in own.items()}
+        for kind, own in given.common.items()
+    }
+    return replace(given, common=common)
 
 
 def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
@@ -198,7 +208,7 @@ def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
     kinds["t"] = kinds["t"] or {time: 0.0}
     more: dict[str, Any] = dict.fromkeys(kinds)
     more |= {kind: {time: x} if kind == "t" else x for kind, x in values.items() if x is not None}
-    return _joined(eom, instances(eom, kinds), instances(eom, more), count, failed)
+    return _joined(eom, instances(eom, kinds), _in_numbers(instances(eom, more)), count, failed)
 
 
 def _joined(eom: Equations, one: Instances, other: Instances, count: int, failed: Mapping[int, str]) -> Poses:

@@ -4,17 +4,19 @@
 e ≈ Σ_k 1/k! (δ·∂)ᵏ e,   δ = x − x₀
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import factorial
 from typing import Any
 
-from kane.errors import ArgumentError, cut
+from kane import expect
+from kane.errors import ArgumentError, ExpressionError, cut
 from kane.expr.build import add, mul, sub
 from kane.expr.differentiation import leaves, tangent
 from kane.expr.evaluation import price
 from kane.expr.forms.collect import expanded, factored
 from kane.expr.node import ZERO, Expr, as_expr, constant
+from kane.expr.piecewise import on_either_side
 from kane.expr.symbols import Parameter
 from kane.expr.visit import substituted
 
@@ -40,12 +42,10 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     ArgumentError
         if the order is no such number, or a value holds symbols in which is expanded
     ExpressionError
-        if a name is none of the symbols' in `e`
+        if a name is none of the symbols' in `e`, or a switch (|x|, max, where, …) stands at the point, where there is no expansion
     """
     root = as_expr(e)
-    asked: object = order
-    if not isinstance(asked, int) or asked not in range(_MOST + 1):
-        raise ArgumentError(f"Expected an order from 0 to {_MOST}, got {cut(repr(order))}.")
+    order = expect.whole(order, f"an order from 0 to {_MOST}", least=0, most=_MOST, error=ArgumentError)
     if not isinstance(about, Mapping):
         raise ArgumentError(f"Expected what to expand about by symbol, {{symbol: value}}, got {cut(repr(about))}.")
     symbols = leaves([root], about)
@@ -58,11 +58,21 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     steps: dict[Expr, Expr] = {
         s: Parameter.declare(f"delta_{s}", description="stands for a deviation") for s in symbols
     }
-    moved: dict[Expr, Expr] = {**at, **{d: sub(s, at[s]) for s, d in steps.items()}}
-    total, term = ZERO, root
-    for k in range(order + 1):
-        if k:
-            term = tangent(term, steps)
-        total = add(total, mul(constant(Fraction(1, factorial(k))), substituted(term, moved)))
-    terms = expanded(total)
-    return total if terms is None else min((total, factored(terms)), key=lambda form: price([form]))
+    moved = {d: sub(s, at[s]) for s, d in steps.items()}
+
+    def series(roots: Sequence[Expr], there: Mapping[Expr, Expr]) -> list[Expr]:
+        total, (term,) = ZERO, roots
+        for k in range(order + 1):
+            if k:
+                term = tangent(term, steps)
+            total = add(total, mul(constant(Fraction(1, factorial(k))), substituted(term, {**there, **moved})))
+        terms = expanded(total)
+        return [total if terms is None else min((total, factored(terms)), key=lambda form: price([form]))]
+
+    (result,), corner = on_either_side([root], at, series)
+    if corner is not None:
+        raise ExpressionError(
+            f"Expected a point at which there are all derivatives, got a corner: {cut(str(corner.nodes[0]), 80)} turns at "
+            f"{cut(str(corner.quantity))} = 0. Expand about a point beside it."
+        )
+    return result
