@@ -214,3 +214,54 @@ def test_forces_that_do_not_fit_are_refused():
             r.possible(y, forces)
     with pytest.raises(kn.SimulationError, match="got the shapes"):
         r.possible(np.ones((3, 4)), np.ones(3))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_base_parameters_do_not_depend_on_the_order_of_dependent_speeds(order):
+    """In a parallelogram crank and rocker turn alike, and the coupler does not: motions tell the sum of two moments of inertia."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    (a, b, c), (ua, ub, uc) = kn.coordinates("a b c"), kn.speeds("ua ub uc")
+    crank, rocker = N.rotate("A", a, N.z), N.rotate("C", c, N.z)
+    coupler = crank.rotate("B", b, N.z)
+    A, C = O.at("A", 0.4 * crank.x), O.at("R", N.x).at("C", 0.4 * rocker.x)
+    B = A.at("B", 1.0 * coupler.x)
+    bodies = [
+        kn.RigidBody(name, frame=frame, mass_center=point, mass=1.0, inertia=kn.inertia(frame, 0, 0, 0.1))
+        for name, frame, point in (("crank", crank, O), ("coupler", coupler, A), ("rocker", rocker, C))
+    ]
+    loop = [kn.coincident(B, C, along=axis, name=name) for axis, name in ((N.x, "x"), (N.y, "y"))]
+    speeds, dependent = {ua: a.dt, ub: b.dt, uc: c.dt}, (ub, uc)[::order]
+    system = kn.System(N, bodies=bodies, speeds=speeds, holonomic=loop, dependent_speeds=dependent)
+    base = regressor(kn.derive(system)).base(near={a: 0.9, b: -0.9, c: 0.9})
+    (row,) = (k for k, name in enumerate(base.chosen) if name == "crank: I_zz")
+    told = dict(zip(base.names, base.matrix[row], strict=True))
+    assert told["crank: I_zz"] == pytest.approx(1)
+    assert told["rocker: I_zz"] == pytest.approx(1)
+    assert told["coupler: I_zz"] == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-5, 1.0, 1e4])
+def test_base_parameters_in_any_unit_of_length(size):
+    """m l² of links of ten micrometres is 10⁻¹⁰ kg m²: it is no rounding beside the mass."""
+    N = kn.Frame("N")
+    hinge = kn.pin("h", kn.Point("O", fixed_in=N), N, axis=N.z)
+    knee = kn.pin("k", hinge.point.at("K", size * hinge.frame.x), hinge.frame, axis=N.z)
+    rods = [
+        kn.RigidBody(
+            name,
+            frame=joint.frame,
+            mass_center=joint.point.at(f"G{name}", 0.3 * size * joint.frame.x),
+            mass=1.0,
+            inertia=kn.inertia(joint.frame, 0, 0, 0.1 * size**2),
+        )
+        for name, joint in (("a", hinge), ("b", knee))
+    ]
+    eom = kn.derive(kn.System(N, bodies=rods, joints=[hinge, knee], loads=[kn.gravity(-9.81 * N.y)]))
+    base = regressor(eom).base()
+    units = np.array([size ** {"m": 0, "c": 1, "I": 2}[name.split(": ")[1].split()[-1][0]] for name in base.names])
+    chosen = units[[base.names.index(name) for name in base.chosen]]
+    rows = dict(zip(base.chosen, base.matrix * units / chosen[:, None], strict=True))
+    assert dict(zip(base.names, rows["a: I_zz"], strict=True)) == pytest.approx(
+        dict.fromkeys(base.names, 0.0) | {"a: m": -0.09, "a: I_zz": 1.0, "b: m": 0.4}
+    )

@@ -37,7 +37,7 @@ from kane.model.declarations import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed
 from kane.numeric.rank import balance, least_squares, singular
-from kane.numeric.sampling import ASSEMBLY_SEED, named_values
+from kane.numeric.sampling import ASSEMBLY_SEED, finite_number, named_values
 from kane.numeric.scale import CLOSED, DERIVE_RANK, GIVEN, ONE_POSITION, ROUNDED, ROUNDED_ROOT, STATE_RANK
 from kane.progress import working
 
@@ -441,7 +441,10 @@ def _assembled(
 
 def _constants(eom: Equations, given: State) -> dict[Expr, Any]:
     """Parameters, inputs and the time by symbol."""
-    constants: dict[Expr, Any] = {**parameter_values(eom.system, given.parameters), time: float(given.t)}
+    constants: dict[Expr, Any] = {
+        **parameter_values(eom.system, given.parameters),
+        time: finite_number("time", "the state", given.t),
+    }
     return constants | named_values("inputs", eom.inputs, given.inputs)
 
 

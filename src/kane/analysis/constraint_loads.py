@@ -244,12 +244,10 @@ def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: Stat
     known = eom.solved.nonholonomic.kinematics
     for p in (point,) if other is None else (point, other):
         expect.instance(p, Point, "a point that strikes", "Make one with body.fixed_in(…).", error=ArgumentError)
-    motions = [known.point(p).partials for p in (point, other) if p is not None]
-    rows = []
-    for r in speeds:
-        v = motions[0].get(r, Vector())
-        rows.append(v - motions[1].get(r, Vector()) if other is not None else v)
-    velocity = point.velocity(frame) - (other.velocity(frame) if other is not None else Vector())
+    own = known.point(point).partials
+    others = {} if other is None else known.point(other).partials
+    rows = [own.get(r, Vector()) - others.get(r, Vector()) for r in speeds]
+    velocity = point.velocity(frame) - (Vector() if other is None else other.velocity(frame))
     before, axis, *partials = eom.evaluate([velocity, normal, *rows], state)
     expect.that(np.shape(before) == (3,), "the numbers of one state", came="arrays", error=ArgumentError)
     mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, state)

@@ -109,13 +109,8 @@ def one_side(sides: Sides, side: Side) -> Piece:
 
 
 def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
-    result = []
-    for p in every:
-        change = p.gradients @ d
-        noise = EPS * (np.abs(p.gradients) @ np.abs(d))
-        if (np.array(p.signs) * change >= -noise).all() and not np.isnan(change).any():
-            result.append(p)
-    return result
+    """The pieces into which a direction leads, or along whose boundary."""
+    return [p for p in every if (p.signs * (p.gradients @ d) >= -EPS * (np.abs(p.gradients) @ np.abs(d))).all()]
 
 
 def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: float) -> None:

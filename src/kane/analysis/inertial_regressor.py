@@ -29,12 +29,11 @@ from kane.dynamics.motions import Motions
 from kane.dynamics.readings.contributions import vanish
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import guess
+from kane.equations.state import State, guess
 from kane.errors import Attributes, KaneError, ModelError, SimulationError
 from kane.expr.build import add
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import rate, time
 from kane.expr.visit import substituted
@@ -84,7 +83,7 @@ class BaseParameters(Attributes):
 
     def _terms(self, row: Array) -> Iterator[str]:
         for name, x in zip(self.names, row.tolist(), strict=True):
-            if abs(x) > 1e-9:
+            if x:
                 size = "" if abs(abs(x) - 1) < 1e-9 else f"{abs(x):.6g} "
                 yield f"{'-' if x < 0 else '+'} {size}{name}"
 
@@ -105,7 +104,6 @@ class Regressor(Attributes):
     values: tuple[Expr, ...]
     matrix: tuple[tuple[Expr, ...], ...]
     loads: tuple[Expr, ...]
-    drift: tuple[Expr, ...]
 
     def numbers(self, parameters: Mapping[Any, float] | None = None) -> Array:
         """π of the model (k)."""
@@ -116,17 +114,12 @@ class Regressor(Attributes):
 
         Under constraints u and u̇ are those of all speeds. `t`, `parameters` and `inputs` as for other evaluations.
         """
-        values, count = self._values(q, u, accelerations, **given)
-        flat = evaluate([e for row in self.matrix for e in row], values)
-        table = np.stack([np.broadcast_to(np.asarray(x, dtype=float), count) for x in flat], axis=-1)
-        return table.reshape(*count, len(self.matrix), len(self.names))
+        table = self._values([e for row in self.matrix for e in row], q, u, accelerations, **given)
+        return table.reshape(*table.shape[:-1], len(self.matrix), len(self.names))
 
     def forces(self, q: Any, u: Any, accelerations: Any, **given: Any) -> Array:
         """F̃ (samples × p) of all loads but gravity at the same states."""
-        values, count = self._values(q, u, accelerations, **given)
-        return np.stack(
-            [np.broadcast_to(np.asarray(x, dtype=float), count) for x in evaluate(self.loads, values)], axis=-1
-        )
+        return self._values(self.loads, q, u, accelerations, **given)
 
     def possible(self, y: Any, forces: Any, parameters: Mapping[Any, float] | None = None) -> Array:
         """π (k) that bodies can have, nearest to Y π = F̃: masses above zero, moments of inertia of some distribution of mass.
@@ -152,8 +145,17 @@ class Regressor(Attributes):
         return possible(rows, right, sizes, self.numbers(parameters))
 
     def _values(
-        self, q: Any, u: Any, accelerations: Any, *, t: Any = 0.0, parameters: Any = None, inputs: Any = None
-    ) -> tuple[dict[Expr, Any], tuple[int, ...]]:
+        self,
+        exprs: Sequence[Expr],
+        q: Any,
+        u: Any,
+        accelerations: Any,
+        *,
+        t: Any = 0.0,
+        parameters: Any = None,
+        inputs: Any = None,
+    ) -> Array:
+        """Values of expressions (samples × expressions)."""
         eom = self.eom
         values: dict[Expr, Any] = {time: t, **parameter_values(eom.system, parameters)}
         values |= named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
@@ -165,7 +167,8 @@ class Regressor(Attributes):
             raise SimulationError(
                 f"Expected values of all coordinates, speeds and accelerations, got none of {', '.join(missing)}."
             )
-        return values, common_shape(values)
+        shape = common_shape(values)
+        return np.stack([np.broadcast_to(np.asarray(x, dtype=float), shape) for x in evaluate(exprs, values)], axis=-1)
 
     def base(
         self, parameters: Mapping[Any, float] | None = None, *, near: Any = None, seed: int = SEED
@@ -190,61 +193,37 @@ class Regressor(Attributes):
         chosen.sort()
         k = np.zeros((len(chosen), len(self.names)))
         solved = least_squares(scaled[:, chosen], scaled) if chosen else np.zeros((0, len(seen)))
-        k[:, seen] = solved * sizes[seen] / sizes[seen][chosen][:, None]
-        k[np.abs(k) < _TELLS] = 0.0
+        k[:, seen] = np.where(np.abs(solved) < _TELLS, 0.0, solved) * sizes[seen] / sizes[seen][chosen][:, None]
         names = np.array(self.names, dtype=object)
         without = tuple(names[np.setdiff1d(np.arange(len(names)), seen)].tolist())
         return BaseParameters(self.names, tuple(names[seen[chosen]].tolist()), k, without)
 
     def _random(self, parameters: Mapping[Any, float] | None, near: Any, rng: np.random.Generator) -> Array:
-        """Y at random states on the constraints, with accelerations that keep them."""
+        """Y at random states on the constraints; of accelerations it holds those of independent speeds alone."""
         eom, found = self.eom, list[tuple[Mapping[Any, float], Mapping[Any, float], Array]]()
         count = max(6, -(-_STATES * len(self.names) // max(1, len(self.matrix))))
         middle = dict.fromkeys(eom.coordinates, 0.0) | named_values("coordinates", eom.coordinates, near)
-        wide = 1.0 if near is None else 0.3
+        wide, held = 1.0 if near is None else 0.3, bool(eom.constraints.constraints or eom.system.euler_parameters)
+        given = {"parameters": parameters, "inputs": dict.fromkeys(eom.inputs, 0.0), "t": 0.3}
         for _ in range(count * _TRIES):
             q = {s: float(v) + wide * float(rng.normal()) for s, v in middle.items()}
             u = {s: float(rng.normal()) for s in eom.speeds}
             accelerations = rng.normal(size=len(eom.speeds))
             try:
-                found.append(self._on_constraints(q, u, accelerations, parameters))
+                if held:
+                    guesses = ({s: guess(v) for s, v in own.items()} for own in (q, u))
+                    state = assemble(eom, State(*guesses, **given))
+                    q, u = state.q, state.u
             except KaneError:
                 continue
+            found.append((q, u, accelerations))
             if len(found) == count:
                 q_all, u_all = [{s: np.array([state[k][s] for state in found]) for s in found[0][k]} for k in (0, 1)]
-                a = np.transpose([state[2] for state in found])
-                return self.at(
-                    q_all, u_all, list(a), t=0.3, parameters=parameters, inputs=dict.fromkeys(eom.inputs, 0.0)
-                )
+                return self.at(q_all, u_all, list(np.transpose([own[2] for own in found])), **given)
         raise SimulationError(
             f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got {len(found)} of "
             f"{count} that were drawn. Give near=, coordinates at which the mechanism closes."
         )
-
-    def _on_constraints(
-        self, q: Mapping[Any, float], u: Mapping[Any, float], accelerations: Array, parameters: Any
-    ) -> tuple[Mapping[Any, float], Mapping[Any, float], Array]:
-        """A state near this one on the constraints, with accelerations that keep them."""
-        eom = self.eom
-        if not (eom.constraints.constraints or eom.system.euler_parameters):
-            return q, u, accelerations
-        inputs = dict.fromkeys(eom.inputs, 0.0)
-        state = assemble(
-            eom,
-            q={s: guess(v) for s, v in q.items()},
-            u={s: guess(v) for s, v in u.items()},
-            parameters=parameters,
-            inputs=inputs,
-            t=0.3,
-        )
-        values = {**state.q, **state.u, **inputs, **parameter_values(eom.system, parameters), time: 0.3}
-        m, b = (np.array(evaluate(list(x), values), dtype=float) for x in (eom.A_n.entries, self.drift))
-        independent = [i for i, s in enumerate(eom.speeds) if s not in set(eom.dependent_speeds)]
-        dependent = [i for i in range(len(eom.speeds)) if i not in independent]
-        own = accelerations.copy()
-        if dependent:
-            own[dependent] = m.reshape(len(dependent), -1) @ own[independent] + b
-        return state.q, state.u, own
 
     def __repr__(self) -> str:
         return f"Regressor({len(self.matrix)} equations, {len(self.names)} inertial parameters)"
@@ -310,17 +289,7 @@ def regressor(eom: Equations) -> Regressor:
             "Leave them out of the model that is identified."
         )
     loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # they do no work
-    own = _independent(eom)
-    drift = [
-        dot([eom.time_derivative(eom.A_n[i, j]) for j in range(len(own))], own) + eom.time_derivative(b)
-        for i, b in enumerate(eom.b_n)
-    ]
-    return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads), tuple(drift))
-
-
-def _independent(eom: Equations) -> list[Expr]:
-    dependent = set(eom.dependent_speeds)
-    return [u for u in eom.speeds if u not in dependent]
+    return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads))
 
 
 def _frame(body: RigidBody | Particle) -> Any:

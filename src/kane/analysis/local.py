@@ -4,7 +4,7 @@
 Besides: named outputs h(q, u, u̇, λ, R, r), and the quantities at which equations and outputs switch.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -210,9 +210,8 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
 
     Of a `state` that is given it is said which load has no value there.
     """
-    n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
-    rows = independent_rows(eom, values.constraints(n))
-    keep = np.array([*range(n), *(n + i for i in rows), *range(n + m, n + m + s)], dtype=int)
+    n = len(eom.speeds)
+    keep = _rows_with(eom, independent_rows(eom, values.constraints(n)))
     matrix = values.matrix[np.ix_(keep, keep)]
     if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(values.right)):
         load = undirected(eom.solved, state.numbers(eom)) if state is not None else ""
@@ -231,26 +230,28 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
             or "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
             "no mass here, or reactions cannot be told apart."
         )
+    return _solving(matrix, keep)
 
-    def solve(right: Array) -> Array:
-        z = np.zeros(right.shape)
-        z[keep] = np.linalg.solve(matrix, right[keep])
-        return z
 
-    return solve
+def _rows_with(eom: Equations, constraints: Iterable[int]) -> list[int]:
+    """Rows of K, of constraints some alone."""
+    n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
+    return [*range(n), *(n + i for i in constraints), *range(n + m, n + m + s)]
 
 
 def regular_rows(eom: Equations) -> tuple[int, ...]:
     """Rows of K without those of constraints that follow from others."""
-    n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
-    rows = eom.embedding.partition.rows if eom.embedding is not None else ()
-    return (*range(n), *(n + i for i in sorted(rows)), *range(n + m, n + m + s))
+    return tuple(_rows_with(eom, sorted(eom.embedding.partition.rows) if eom.embedding is not None else ()))
 
 
 def quick_solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
     """The same as `solver` where K is known to be regular with the rows of the embedding; a SingularError where it is singular."""
     keep = list(regular_rows(eom))
-    matrix = values.matrix[keep][:, keep]
+    return _solving(values.matrix[keep][:, keep], keep)
+
+
+def _solving(matrix: Array, keep: Sequence[int]) -> Callable[[Array], Array]:
+    """z of K z = right by its rows and columns that are kept, the other z zero."""
 
     def solve(right: Array) -> Array:
         z = np.zeros(right.shape)

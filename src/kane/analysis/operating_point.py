@@ -49,7 +49,8 @@ def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
         inputs = dict(zip(eom.inputs, r.tolist(), strict=True))
         start = assemble(eom, State(q, u, parameters=state.parameters, inputs=inputs, t=state.t))
         q, u = start.q, start.u
-    return closed(numeric, StateArrays(float(state.t), start_state(eom, q, u, state.states), p, r))
+    t = finite_number("time", "the state", state.t)
+    return closed(numeric, StateArrays(t, start_state(eom, q, u, state.states), p, r))
 
 
 def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:

@@ -35,7 +35,7 @@ from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
-from kane.numeric.sampling import SEED, draw, named_values, names_in
+from kane.numeric.sampling import SEED, draw, finite_number, named_values, names_in
 from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
 from kane.program.native.machine import Settings
 from kane.progress import working
@@ -138,7 +138,7 @@ def problem(
     names = names_in("moving= as a list", moving)
     unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in (*eom.speeds, *eom.states)}]
     expect.none(unknown, "moving= to name coordinates, speeds or states", error=ValueMissingError)
-    held = conditions(numeric, float(given.t), x, choice_of(numeric, independent), names)
+    held = conditions(numeric, finite_number("time", "the state", given.t), x, choice_of(numeric, independent), names)
     measured = ScaledConditions(held, *held.sizes(x)[1:], x, range(len(x)))
     return SteadyProblem(held, x, tuple(free), tuple(missing), measured)
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from kane.contacts.lemke import faceted
-from kane.contacts.mode_solution import ModeSolution, solve
+from kane.contacts.mode_solution import ModeSolution, shown, solve
 from kane.contacts.problem import ContactProblem, ContactStatus
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_CHAIN, ROUNDED_ROOT
@@ -148,10 +148,6 @@ def _read(problem: ContactProblem, forces: Array) -> tuple[list[ContactStatus], 
         (gap > ROUNDED_ROOT * acceleration) | (normal <= ROUNDED_CHAIN * force)
     )
     rests = length <= ROUNDED_ROOT * acceleration
-    kinds = np.select(
-        [leaves, problem.slides, rests],
-        [ContactStatus.OPEN, ContactStatus.SLIP, ContactStatus.STICK],
-        ContactStatus.FRESH_SLIP,
-    )
     directions = tangential / np.where(length > 0, length, 1.0)[:, None]
-    return list(map(ContactStatus, kinds.tolist())), np.where(problem.slides[:, None], problem.directions, directions)
+    kinds = list(shown(problem, leaves, rests))
+    return kinds, np.where(problem.slides[:, None], problem.directions, directions)

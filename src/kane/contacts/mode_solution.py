@@ -20,7 +20,7 @@ import numpy as np
 from kane.contacts.angles import across
 from kane.contacts.cones import Block, inside, least_forces
 from kane.contacts.problem import ContactProblem, ContactStatus
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import singular
 from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN, SIX_DIGITS
 
@@ -256,9 +256,11 @@ def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[ContactSt
     a, error = solution.accelerations, 8 * solution.acceleration_errors
     leaves = problem.normals(a) > problem.normals(error)
     rests = np.abs(problem.tangents(a)).max(axis=1) <= problem.tangents(error).max(axis=1)
-    kinds = np.select(
-        [leaves, problem.slides, rests],
-        [ContactStatus.OPEN, ContactStatus.SLIP, ContactStatus.STICK],
-        ContactStatus.FRESH_SLIP,
-    )
-    return tuple(map(ContactStatus, kinds.tolist()))
+    return shown(problem, leaves, rests)
+
+
+def shown(problem: ContactProblem, leaves: Mask, rests: Mask) -> tuple[ContactStatus, ...]:
+    """What contacts do of which some leave, and some of the others do not slip."""
+    kinds = [ContactStatus.OPEN, ContactStatus.SLIP, ContactStatus.STICK]
+    found = np.select([leaves, problem.slides, rests], kinds, ContactStatus.FRESH_SLIP)
+    return tuple(map(ContactStatus, found.tolist()))

@@ -15,7 +15,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -386,11 +386,10 @@ def on_either_side(
         return made(either, {**at, **dict(zip(sides.values(), map(as_expr, signs), strict=True))})
 
     first = on([1] * len(standing))
-    for k, s in enumerate(standing):
-        for others in (1, -1):
-            one, other = (on([sign if j == k else others for j in range(len(standing))]) for sign in (1, -1))
-            if any(a is not b for a, b in zip(one, other, strict=True)):
-                return first, s
+    for (k, s), others in product(enumerate(standing), (1, -1)):
+        one, other = (on([sign if j == k else others for j in range(len(standing))]) for sign in (1, -1))
+        if any(a is not b for a, b in zip(one, other, strict=True)):
+            return first, s
     return first, None
 
 

@@ -88,25 +88,26 @@ class Poses:
                 causes[k] = str(error)
         return None
 
-    def rest(self, ask: Callable[[int], T], causes: dict[int, str], done: Container[int]) -> Iterator[tuple[int, T]]:
-        """What is found of each of the others by itself; those of which nothing is are told why."""
+    def rest(
+        self,
+        ask: Callable[[int], T],
+        causes: dict[int, str],
+        done: Container[int],
+        wrong: tuple[type[Exception], ...] = (),
+    ) -> Iterator[tuple[int, T]]:
+        """What is found of each of the others by itself; those of which nothing is are told why, but for errors of all."""
         for k in [k for k in self.open if k not in done and k not in causes]:
             try:
                 yield k, ask(k)
             except KaneError as error:
+                if isinstance(error, wrong):
+                    raise
                 causes[k] = str(error)
 
     def each(self, ask: Callable[[int], T]) -> tuple[dict[int, T], dict[int, str]]:
         """What is found of each by itself, and the causes of those of which nothing is; missing values are an error of all."""
-        found, causes = dict[int, T](), dict(self.failed)
-        for k in self.open:
-            try:
-                found[k] = ask(k)
-            except (ValueMissingError, ArgumentError):
-                raise
-            except KaneError as error:
-                causes[k] = str(error)
-        return found, causes
+        causes = dict(self.failed)
+        return dict(self.rest(ask, causes, (), (ValueMissingError, ArgumentError))), causes
 
     def dataset(self, values: Mapping[str, Any], causes: Mapping[int, str], names: Mapping[str, Any]) -> Any:
         """Variables over instance as a Dataset; `names` are those along their other dimensions.

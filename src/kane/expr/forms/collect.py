@@ -38,11 +38,7 @@ _MOST = 12
 """Terms, and factors of a term, up to which a sum is collected."""
 
 
-def _first(a: Expr, b: Expr) -> int:
-    return -1 if precedes(a, b) else 1
-
-
-_KEY, _ORDER = attrgetter("key"), cmp_to_key(_first)
+_KEY, _ORDER = attrgetter("key"), cmp_to_key(lambda a, b: -1 if precedes(a, b) else 1)
 
 Powers = tuple[tuple[Expr, int], ...]
 Term = tuple[Number, Powers]
@@ -77,7 +73,9 @@ def _collected(e: Expr) -> Expr:
         return e
     if len(terms) > 1:
         return factored(terms)
-    return factored([(n, tuple((_collected_sum(f), k) for f, k in factors)) for n, factors in terms])
+    return factored(
+        [(n, tuple((collected(f) if f.op is ADD or f.op is SUB else f, k) for f, k in factors)) for n, factors in terms]
+    )
 
 
 def quotient(e: Expr, divisor: Expr) -> Expr | None:
@@ -104,10 +102,6 @@ def _over(number: Number, divisor: Number) -> Number:
     if isinstance(number, int | Fraction) and isinstance(divisor, int | Fraction):
         return Fraction(number) / divisor
     return number / divisor
-
-
-def _collected_sum(e: Expr) -> Expr:
-    return collected(e) if e.op is ADD or e.op is SUB else e
 
 
 def terms_of(e: Expr) -> list[Term] | None:
@@ -157,12 +151,7 @@ def _product(e: Expr) -> Term:
             quotients = quotients or op is DIV
     if quotients:
         _cancel(powers)
-    if divisor != 1:
-        if isinstance(number, int) and isinstance(divisor, int | Fraction):
-            number = Fraction(number, divisor)
-        else:
-            number /= divisor
-    return number, tuple([(f, powers[f]) for f in ordered(powers) if powers[f]])
+    return _over(number, divisor), factor_powers(powers)
 
 
 def _cancel(powers: dict[Expr, int]) -> None:
@@ -348,12 +337,8 @@ def _combinations(wanted: Pair, known: Mapping[Pair, Expr]) -> Iterator[_Combina
         determinant = Fraction(c * f - d * e)
         if determinant:
             alpha, beta = Fraction(a * f - b * e) / determinant, Fraction(c * b - d * a) / determinant
-            if not alpha or not beta:
-                cost = 1
-            elif abs(alpha) == abs(beta):
-                cost = 1 + (abs(alpha) != 1)
-            else:
-                cost = 1 + (abs(alpha) != 1) + (abs(beta) != 1)
+            factors = {abs(alpha), abs(beta)} if alpha and beta else set()  # one for both where they are alike
+            cost = 1 + len(factors - {1})
             yield _Combination(cost, alpha, beta, p, q)
 
 
@@ -397,7 +382,7 @@ def _of(node: Expr, known: Expansions) -> Polynomial | None:
         return _few(_polynomial_product(_factor(args[0], known), _inverse(args[1], known)))
     if op is TAN:
         sine, cosine = (NODE_BUILDERS[name](args[0]) for name in ("sin", "cos"))
-        return {_powers({sine: 1, cosine: -1}): 1} if sine.op is SIN and cosine.op is COS else _atom(node)
+        return {factor_powers({sine: 1, cosine: -1}): 1} if sine.op is SIN and cosine.op is COS else _atom(node)
     return _atom(node)
 
 
@@ -422,17 +407,18 @@ def _inverse(node: Expr, known: Expansions) -> Polynomial:
     if len(below) > 1:
         terms = [dict(f) for f in below]
         shared = {f: min(p.get(f, 0) for p in terms) for f in dict.fromkeys(f for p in terms for f in p)}
-        inverse = _powers({f: -k for f, k in shared.items()})
+        inverse = factor_powers({f: -k for f, k in shared.items()})
         whole = factored([(n, f) for f, n in _polynomial_product(below, {inverse: 1}).items()])
         if inverse or price([whole]) < price([node]):
             node = whole
-        return {_powers(dict(inverse) | {node: dict(inverse).get(node, 0) - 1}): 1}
+        return {factor_powers(dict(inverse) | {node: dict(inverse).get(node, 0) - 1}): 1}
     ((factors, n),) = below.items()
     number: Number = Fraction(1, n) if isinstance(n, int) else 1 / n
     return {tuple((f, -k) for f, k in factors): number}
 
 
-def _powers(powers: Mapping[Expr, int]) -> Powers:
+def factor_powers(powers: Mapping[Expr, int]) -> Powers:
+    """The factors with powers other than zero, in their order."""
     return tuple((f, powers[f]) for f in ordered(powers) if powers[f])
 
 
@@ -468,7 +454,7 @@ def _together(f: Powers, g: Powers) -> Powers:
     powers = dict(f)
     for x, p in g:
         powers[x] = powers.get(x, 0) + p
-    return _powers(powers)
+    return factor_powers(powers)
 
 
 def _without_squares(a: Polynomial) -> Polynomial:
@@ -491,8 +477,8 @@ def _squares(f: Powers) -> list[tuple[Powers, Powers, Powers]]:
         if k >= 2 and (x.op is SIN or x.op is COS):
             sine, cosine = (NODE_BUILDERS[name](x.args[0]) for name in ("sin", "cos"))
             rest = dict(f) | {x: k - 2}
-            above, beside = (_powers({**rest, y: rest.get(y, 0) + 2}) for y in (sine, cosine))
-            result.append((_powers(rest), above, beside))
+            above, beside = (factor_powers({**rest, y: rest.get(y, 0) + 2}) for y in (sine, cosine))
+            result.append((factor_powers(rest), above, beside))
     return result
 
 
@@ -525,4 +511,4 @@ def _with_tangents(f: Powers) -> Powers:
                 powers[sine] -= shared
                 powers[x] += shared
                 powers[tangent] = powers.get(tangent, 0) + shared
-    return _powers(powers)
+    return factor_powers(powers)

@@ -9,11 +9,12 @@ guessed, and whoever asks differentiates back.
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
 
 from kane.expr.build import NODE_BUILDERS, add, cos, div, mul, neg, sin, sub, sum_of
 from kane.expr.differentiation import affine, diff
 from kane.expr.evaluation import free_symbols
-from kane.expr.forms.collect import Powers, Term, expanded, ordered
+from kane.expr.forms.collect import Powers, Term, expanded, factor_powers, factored
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, TAN
 from kane.expr.symbols import Parameter, Symbol
@@ -67,13 +68,10 @@ def _with_roots(e: Expr, x: Symbol) -> tuple[Expr, dict[Expr, Expr]]:
 
 def _apart(e: Expr, x: Symbol) -> Expr | None:
     """Of a long sum, term by term."""
-    if e.op is NEG:
-        own = antiderivative(e.args[0], x)
-        return None if own is None else neg(own)
-    if e.op is ADD or e.op is SUB:
-        a, b = (antiderivative(y, x) for y in e.args)
-        return None if a is None or b is None else (add if e.op is ADD else sub)(a, b)
-    return None
+    if e.op not in (ADD, SUB, NEG):
+        return None
+    found = [own for y in e.args if (own := antiderivative(y, x)) is not None]
+    return NODE_BUILDERS[e.op.name](*found) if len(found) == len(e.args) else None
 
 
 def _without_tangents(powers: Powers) -> Powers:
@@ -81,13 +79,13 @@ def _without_tangents(powers: Powers) -> Powers:
     for f, k in powers:
         for g, sign in ((sin(f.args[0]), 1), (cos(f.args[0]), -1)) if f.op is TAN else ((f, 1),):
             found[g] = found.get(g, 0) + sign * k
-    return tuple((f, found[f]) for f in ordered(found) if found[f])
+    return factor_powers(found)
 
 
 def _slope(e: Expr, x: Symbol) -> Expr | None:
     """a of an argument a x + b, free of x; None where it is no such."""
     own = diff(e, x)
-    return None if x in set(free_symbols([own])) else own
+    return None if _holds(own, x) else own
 
 
 def _holds(e: Expr, x: Symbol) -> bool:
@@ -96,26 +94,15 @@ def _holds(e: Expr, x: Symbol) -> bool:
 
 def _is_hard(f: Expr, k: int, x: Symbol) -> bool:
     """Whether a factor holds x, and is no power of x, sine, cosine or exponential of a x + b."""
-    if f is x:
-        return k < 0
-    if not _holds(f, x):
-        return False
-    if f.op is SIN or f.op is COS:
-        return not 0 < k <= _MOST or _slope(f.args[0], x) is None
-    return f.op is not _EXP or k < 0 or _slope(f.args[0], x) is None
-
-
-def _product(n: int | float | Fraction, powers: Powers) -> Expr:
-    above, below = constant(n), ONE
-    for f, k in powers:
-        for _ in range(abs(k)):
-            above, below = (mul(above, f), below) if k > 0 else (above, mul(below, f))
-    return div(above, below)
+    if f is x or not _holds(f, x):
+        return f is x and k < 0
+    plain = 0 < k <= _MOST if f.op is SIN or f.op is COS else f.op is _EXP and k > 0
+    return not plain or _slope(f.args[0], x) is None
 
 
 def _easy(term: Term, x: Symbol) -> Expr | None:
     n, powers = term
-    outside = _product(n, tuple((f, k) for f, k in powers if not _holds(f, x)))
+    outside = factored([(n, tuple((f, k) for f, k in powers if not _holds(f, x)))])
     own = [(f, k) for f, k in powers if _holds(f, x)]
     degree = sum(k for f, k in own if f is x)
     waves = [(f, k) for f, k in own if f.op is SIN or f.op is COS]
@@ -129,10 +116,7 @@ def _easy(term: Term, x: Symbol) -> Expr | None:
 
 
 def _power(e: Expr, k: int) -> Expr:
-    total = ONE
-    for _ in range(k):
-        total = mul(total, e)
-    return total
+    return reduce(mul, [e] * k, ONE)
 
 
 def _exponential(f: Expr, k: int, degree: int, x: Symbol) -> Expr:
@@ -187,7 +171,7 @@ def _joined(sums: Sequence[Wave]) -> list[Wave]:
     """Waves of one argument once, its sign put in order."""
     found: dict[tuple[tuple[tuple[Expr, int], ...], bool], Fraction] = {}
     for n, parts, sine in sums:
-        own = [(a, parts[a]) for a in ordered(parts) if parts[a]]
+        own = list(factor_powers(parts))
         if own and own[0][1] < 0:
             own, n = [(a, -k) for a, k in own], -n if sine else n
         if own or not sine:
@@ -219,7 +203,7 @@ def _by_substitution(hard: Powers, terms: Sequence[Term], roots: Mapping[Expr, E
         return None
     ((f, k),) = hard
     base, power = (roots[f], Fraction(k, 2)) if f in roots else (f, Fraction(k))
-    above = sum_of([_product(n, p) for n, p in terms])
+    above = sum_of([factored([term]) for term in terms])
     share = _multiple(above, diff(_moving(base), x), x)
     if share is None:
         return None
@@ -248,10 +232,11 @@ def _multiple(e: Expr, of: Expr, x: Symbol) -> Expr | None:
         left = dict(powers)
         for f, p in first:
             left[f] = left.get(f, 0) - p
-        rest = tuple((f, left[f]) for f in ordered(left) if left[f])
+        rest = factor_powers(left)
         if any(_holds(f, x) for f, _ in rest):
             continue
-        share = _product(k / n if isinstance(k, float) or isinstance(n, float) else Fraction(k) / n, rest)
+        number = k / n if isinstance(k, float) or isinstance(n, float) else Fraction(k) / n
+        share = factored([(number, rest)])
         left_over = expanded(sub(e, mul(share, of)))
         if left_over is not None and not left_over:
             return share

@@ -46,9 +46,9 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     """
     root = as_expr(e)
     order = expect.whole(order, f"an order from 0 to {_MOST}", least=0, most=_MOST, error=ArgumentError)
-    if not isinstance(about, Mapping):
-        raise ArgumentError(f"Expected what to expand about by symbol, {{symbol: value}}, got {cut(repr(about))}.")
+    expect.instance(about, Mapping, "what to expand about by symbol, {symbol: value}", error=ArgumentError)
     symbols = leaves([root], about)
+    expect.different(symbols, "one value for each symbol", error=ArgumentError)
     at = dict(zip(symbols, map(as_expr, about.values()), strict=True))
     if any(tangent(x, dict.fromkeys(symbols, as_expr(1))) is not ZERO for x in at.values()):
         raise ArgumentError(
@@ -70,9 +70,9 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
         return [total if terms is None else min((total, factored(terms)), key=lambda form: price([form]))]
 
     (result,), corner = on_either_side([root], at, series)
-    if corner is not None:
-        raise ExpressionError(
-            f"Expected a point at which there are all derivatives, got a corner: {cut(str(corner.nodes[0]), 80)} turns at "
-            f"{cut(str(corner.quantity))} = 0. Expand about a point beside it."
-        )
+    came = (
+        "" if corner is None else f"a corner: {cut(str(corner.nodes[0]), 80)} turns at {cut(str(corner.quantity))} = 0"
+    )
+    cure = "Expand about a point beside it."
+    expect.that(not came, "a point at which there are all derivatives", came=came, cure=cure, error=ExpressionError)
     return result

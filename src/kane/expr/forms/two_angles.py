@@ -8,13 +8,12 @@ Sums are also multiplied out for it, where less is left then.
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from functools import reduce
 from itertools import combinations
 
-from kane.expr.build import NODE_BUILDERS, add, cos, sin, sub
+from kane.expr.build import NODE_BUILDERS, add, cos, sin, sub, sum_of
 from kane.expr.evaluation import free_symbols, price
-from kane.expr.forms.collect import Expansions, Powers, Term, expanded, factored, ordered, terms_of
-from kane.expr.node import ZERO, Expr, Number, digest, postorder
+from kane.expr.forms.collect import Expansions, Powers, Term, expanded, factor_powers, factored, terms_of
+from kane.expr.node import Expr, Number, digest, postorder
 from kane.expr.ops import ADD, COS, NEG, SIN, SUB
 from kane.expr.visit import fold, imaged
 
@@ -52,7 +51,7 @@ def _as_they_stand(e: Expr) -> Expr:
     if terms is None:
         return e
     paired = _paired(terms)
-    return e if paired is None else reduce(add, (factored([term]) for term in paired), ZERO)
+    return e if paired is None else sum_of(factored([term]) for term in paired)
 
 
 def _multiplied_out(e: Expr, known: Expansions) -> Expr:
@@ -61,7 +60,7 @@ def _multiplied_out(e: Expr, known: Expansions) -> Expr:
     paired = None if terms is None else _paired(terms)
     if paired is None:
         return e
-    plain = reduce(add, (factored([term]) for term in paired), ZERO)
+    plain = sum_of(factored([term]) for term in paired)
     return min((e, plain, factored(paired)), key=lambda x: price([x]))
 
 
@@ -114,7 +113,7 @@ def _joined(n: Number, alike: bool, rest: Powers, two: tuple[Expr, Expr]) -> Ter
         whole, opposite = sin(add(a, b) if alike else sub(a, b)), f.op is COS and not alike
     powers = dict(rest)
     powers[whole] = powers.get(whole, 0) + 1
-    return -n if opposite else n, tuple([(x, powers[x]) for x in ordered(powers)])
+    return -n if opposite else n, factor_powers(powers)
 
 
 def _by_names(angle: Expr) -> tuple[list[list[int | str]], bytes]:
