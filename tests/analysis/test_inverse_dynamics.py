@@ -212,3 +212,16 @@ def test_arrays_that_do_not_fit_and_no_numbers_are_refused():
     some = next(p for p in eom.parameters if p.default is not None)
     none = torques(q=[0.1, 0.2], u=[0, 0], given=known, parameters={some: np.zeros(0)})
     assert all(x.shape == (0,) for x in none.values())
+
+
+def test_parameters_that_events_change_are_those_of_the_motion():
+    """A spring that softens where it is slack: no force but the spring's moves the mass, before and after."""
+    N = kn.Frame("N")
+    x, k, drive = kn.coordinate("x"), kn.parameter("k", 4.0), kn.input("drive")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    softens = kn.Event("softens", x, direction=-1, then={k: 1.0})
+    loads = [kn.Force(P, (drive - k * x) * N.x)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", loads=loads, events=[softens]))
+    motion = kn.simulate(eom, (0, 3), q={x: 1.0}, u=0, inputs={drive: 0.0}, samples=13)
+    assert set(motion[k]) == {1.0, 4.0}
+    assert np.abs(kn.inverse(eom, [drive]).along(motion)[drive]).max() < 1e-12

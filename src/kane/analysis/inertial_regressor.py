@@ -206,8 +206,8 @@ class Regressor(Attributes):
         wide, held = 1.0 if near is None else 0.3, bool(eom.constraints.constraints or eom.system.euler_parameters)
         given = {"parameters": parameters, "inputs": dict.fromkeys(eom.inputs, 0.0), "t": 0.3}
         for _ in range(count * _TRIES):
-            q = {s: float(v) + wide * float(rng.normal()) for s, v in middle.items()}
-            u = {s: float(rng.normal()) for s in eom.speeds}
+            q: Mapping[Any, float] = {s: float(v) + wide * float(rng.normal()) for s, v in middle.items()}
+            u: Mapping[Any, float] = {s: float(rng.normal()) for s in eom.speeds}
             accelerations = rng.normal(size=len(eom.speeds))
             try:
                 if held:

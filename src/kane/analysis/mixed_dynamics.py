@@ -143,6 +143,9 @@ class Inverse(Attributes):
         taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
         q, u, a = (list(x.T) for x in (solution.q, solution.u, solution.a))
         at = State(q, u, states=a, parameters=dict(solution.parameters), t=solution.t)
+        kept = [p for p in self.eom.parameters if p in at.parameters]
+        along = zip(kept, solution[kept], strict=True) if kept else ()
+        at.parameters.update({p: x for p, x in along if (x != at.parameters[p]).any()})  # events changed these
         return self(at, given=own | taken)
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:

@@ -19,12 +19,12 @@ What cancels is gone then, where no single step of building sees it. A tangent i
 factor, and arguments of functions are left as they are.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from fractions import Fraction
 from functools import cmp_to_key, reduce
 from itertools import combinations
 from operator import attrgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
 from kane.expr.evaluation import Together, price
@@ -37,8 +37,8 @@ from kane.expr.visit import fold, imaged, remembered, replaced_in
 _MOST = 12
 """Terms, and factors of a term, up to which a sum is collected."""
 
-
-_KEY, _ORDER = attrgetter("key"), cmp_to_key(lambda a, b: -1 if precedes(a, b) else 1)
+_KEY = attrgetter("key")
+_ORDER: Callable[[Expr], Any] = cmp_to_key(lambda a, b: -1 if precedes(a, b) else 1)
 
 Powers = tuple[tuple[Expr, int], ...]
 Term = tuple[Number, Powers]
