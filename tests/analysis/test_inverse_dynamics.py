@@ -225,3 +225,18 @@ def test_parameters_that_events_change_are_those_of_the_motion():
     motion = kn.simulate(eom, (0, 3), q={x: 1.0}, u=0, inputs={drive: 0.0}, samples=13)
     assert set(motion[k]) == {1.0, 4.0}
     assert np.abs(kn.inverse(eom, [drive]).along(motion)[drive]).max() < 1e-12
+
+
+def test_euler_parameters_must_be_of_unit_length():
+    N = kn.Frame("N")
+    ball = kn.ball("b", kn.Point("O", fixed_in=N), N)
+    body = kn.RigidBody(
+        "r", frame=ball.frame, mass_center=ball.point, mass=1.0, inertia=kn.inertia(ball.frame, 1, 2, 3)
+    )
+    eom = kn.derive(kn.System(N, bodies=[body], joints=[ball]))
+    spin = kn.inverse(eom, [u.dt for u in eom.speeds])
+    for first in (2.0, np.array([1.0, 2.0])):
+        with pytest.raises(kn.SimulationError, match=r"e0² \+ e1² \+ e2² \+ e3² = 1, got length 2\. Divide"):
+            spin(q=[first, 0, 0, 0], u=[1, 2, 3])
+    found = spin(q=[1, 0, 0, 0], u=[1, 2, 3])
+    assert list(found.values()) == pytest.approx([(2 - 3) * 6 / 1, (3 - 1) * 3 / 2, (1 - 2) * 2 / 3])

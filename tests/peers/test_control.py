@@ -4,6 +4,7 @@
 import pytest
 
 import kane as kn
+from kane.gallery import pendulums
 from tests.peer import require
 from tests.systems import steady as systems
 
@@ -20,3 +21,11 @@ def test_state_space():
     s = 1.3j
     M, m, l, g = 2.0, 0.5, 0.7, 9.81
     assert made(s) == pytest.approx(-1 / (M * l) / (s**2 + (M + m) * g / (M * l)), rel=1e-12)
+
+
+def test_vectors_among_outputs():
+    """The signals of control have no `.` in their names."""
+    system = pendulums.system(2)
+    tip = system.bodies[-1].parts()[0].mass_center
+    linear = kn.linearize(kn.derive(system), q=0, u=0, outputs={"tip": tip.velocity(system.inertial)})
+    assert linear.state_space().output_labels == ["tip_x", "tip_y", "tip_z"]

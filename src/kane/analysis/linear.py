@@ -214,7 +214,7 @@ class Linear(Attributes):
             )
 
     def state_space(self) -> Any:
-        """A `control.StateSpace` with these names; all states are outputs where none were named.
+        """A `control.StateSpace` with these names, `_` for each `.`; all states are outputs where none were named.
 
         Raises
         ------
@@ -229,9 +229,9 @@ class Linear(Attributes):
             ) from error
         n, nr = len(self.states), len(self.inputs)
         c, d, names = (self.C, self.D, self.outputs) if self.outputs else (np.eye(n), np.zeros((n, nr)), self.states)
-        return control.StateSpace(
-            self.A, self.B, c, d, states=list(self.states), inputs=list(self.inputs), outputs=[f"{x}" for x in names]
-        )
+        own = {"states": self.states, "inputs": self.inputs, "outputs": names}
+        signals = {kind: [x.replace(".", "_") for x in listed] for kind, listed in own.items()}
+        return control.StateSpace(self.A, self.B, c, d, **signals)
 
     _repr_html_ = show.html
 

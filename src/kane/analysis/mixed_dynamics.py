@@ -16,7 +16,7 @@ from kane import expect
 from kane.analysis.local import at_false_pole, independent_rows_of
 from kane.analysis.many.poses import poses
 from kane.analysis.stacks import Entries, solve_each
-from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
+from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, check_unit_length
 from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.equations.compiled import ports
@@ -150,6 +150,7 @@ class Inverse(Attributes):
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
         eom = self.eom
+        check_unit_length(eom, x)
         routine = eom.numeric(self.settings).routine(_mixed, *self.driven)
         flat = routine.flat(t, x, p, r)
         solution = routine.bundle.split(flat)

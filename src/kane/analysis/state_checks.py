@@ -86,15 +86,20 @@ def further(eom: Equations, states: Any) -> Array:
 def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
     """(q, u, a), each value given as a finite number, those of a by default; Euler parameters must be of unit length."""
     state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u), *further(eom, states)]
+    x = np.array(state)
+    check_unit_length(eom, x)
+    return x
+
+
+def check_unit_length(eom: Equations, x: Array) -> None:
+    """Euler parameters among the values of states x (… × n) are of unit length."""
     place = {c: i for i, c in enumerate(eom.coordinates)}
     for s in eom.system.euler_parameters:
-        length = float(np.sqrt(sum(state[place[e]] ** 2 for e in s.coordinates)))
-        if abs(length - 1) > GIVEN:
-            names = ", ".join(e.name for e in s.coordinates)
-            raise SimulationError(
-                f"Expected Euler parameters ({names}) with e0² + e1² + e2² + e3² = 1, got length {length:.9g}. Divide them by it."
-            )
-    return np.array(state)
+        lengths = np.linalg.norm(x[..., [place[e] for e in s.coordinates]], axis=-1).reshape(-1)
+        off = lengths[np.abs(lengths - 1) > GIVEN]
+        expected = f"Euler parameters ({', '.join(e.name for e in s.coordinates)}) with e0² + e1² + e2² + e3² = 1"
+        came = f"length {off[0]:.9g}" if len(off) else ""
+        expect.that(not came, expected, came=came, cure="Divide them by it.", error=SimulationError)
 
 
 def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
