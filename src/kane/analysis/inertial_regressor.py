@@ -278,7 +278,8 @@ def regressor(eom: Equations) -> Regressor:
         for name, value, force, torque in _columns(whole, body, free_fall):
             names.append(f"{body.name}: {name}")
             values.append(value)
-            columns.append(_generalized(whole, [(body.parts()[0].mass_center, force)], [(_frame(body), torque)]))
+            couples = [(body.frame, torque)] if isinstance(body, RigidBody) and torque is not None else []
+            columns.append(_generalized(whole, [(body.parts()[0].mass_center, force)], couples))
     forces = [x for load in system.loads for x in load.forces]
     torques = [x for load in system.loads for x in load.torques]
     loads = _generalized(whole, forces, torques)
@@ -290,10 +291,6 @@ def regressor(eom: Equations) -> Regressor:
         )
     loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # they do no work
     return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads))
-
-
-def _frame(body: RigidBody | Particle) -> Any:
-    return body.frame if isinstance(body, RigidBody) else None
 
 
 def _columns(
@@ -318,15 +315,11 @@ def _columns(
 def _generalized(whole: Motions, forces: Sequence[Any], torques: Sequence[Any]) -> list[Expr]:
     """Σ ṽ_r·F + ω̃_r·T by independent speed."""
     found = [list[Expr]() for _ in whole.speeds]
-    for point, force in forces:
-        own = whole.in_speeds(force)
-        for row, v in zip(found, whole.partial_velocities(point).values(), strict=True):
+    pairs = ((whole.partial_velocities, forces), (whole.partial_angular_velocities, torques))
+    for partials, (place, load) in ((of, pair) for of, loads in pairs for pair in loads):
+        own = whole.in_speeds(load)
+        for row, v in zip(found, partials(place).values(), strict=True):
             row.append(v.dot(own))
-    for frame, torque in torques:
-        if torque is not None:
-            own = whole.in_speeds(torque)
-            for row, v in zip(found, whole.partial_angular_velocities(frame).values(), strict=True):
-                row.append(v.dot(own))
     return [reduce(add, row, ZERO) for row in found]
 
 

@@ -161,8 +161,7 @@ class Inverse(Attributes):
             check_configuration(
                 eom, solution.configuration, solution.terms, given, "a state", "Assemble it with kn.assemble."
             )
-        rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, np.moveaxis(p, -1, 0), strict=True))}
-        rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
+        rest = StateArrays(t, x, p, r).given(eom)
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
         told = np.stack([full[a].reshape(-1) for a in self.known], axis=-1) if self.known else np.zeros((t.size, 0))
         z = self._of_matrices(routine.bundle, flat.reshape(t.size, flat.shape[-1]), told)

@@ -89,16 +89,23 @@ class Tangents(NamedTuple):
     e: Entries
     q: Entries
 
+    @classmethod
+    def of(cls, free_q: Sequence[int], of_q: Entries, free_u: Sequence[int], of_u: Entries) -> "Tangents":
+        """From δξ of δ(ξ_I, r) and δu of δ(u_I, ξ_I, r), at one state or with axes of many in front."""
+        i, j = len(free_q), len(free_u)
+        u_parts = of_u[..., :j], of_u[..., j : j + i], of_u[..., j + i :]
+        return cls(tuple(free_q), tuple(free_u), of_q[..., :i], of_q[..., i:], *u_parts)
+
     @property
     def moves(self) -> Entries:
         """δ(ξ, u, r) of δ(ξ_I, u_I, r)."""
-        i, j, nr = len(self.free_q), len(self.free_u), self.p.shape[1]
+        many, (width, nr), i, j = self.p.shape[:-2], self.p.shape[-2:], len(self.free_q), len(self.free_u)
         rows = (
-            [self.n, np.zeros((len(self.n), j)), self.p],
+            [self.n, np.zeros((*many, width, j)), self.p],
             [self.e, self.b, self.q],
-            [np.zeros((nr, i + j)), np.eye(nr)],
+            [np.zeros((*many, nr, i + j)), np.broadcast_to(np.eye(nr), (*many, nr, nr))],
         )
-        return np.vstack([np.hstack(row) for row in rows])
+        return np.concatenate([np.concatenate(row, axis=-1) for row in rows], axis=-2)
 
 
 FreePart = Callable[[Entries, Entries], tuple[tuple[int, ...], Entries]]
@@ -119,8 +126,7 @@ def tangents(g: Entries, v: Entries, width: int, count: int, by_q: FreePart, by_
     shift = v[:, :width] @ of_q
     shift[:, i:] = shift[:, i:] + v[:, width + count :]
     free_u, of_u = by_u(v[:, width : width + count], shift)
-    j = len(free_u)
-    return Tangents(free_q, free_u, of_q[:, :i], of_q[:, i:], of_u[:, :j], of_u[:, j : j + i], of_u[:, j + i :])
+    return Tangents.of(free_q, of_q, free_u, of_u)
 
 
 def by_free_part(

@@ -25,21 +25,22 @@ _TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True, slots=True)
 class StateArrays:
-    """Where: t, x = (q, u, a), p, r."""
+    """Where: t, x = (q, u, a), p, r; of many states with leading axes."""
 
-    t: float
+    t: Any
     x: Array
     p: Array
     r: Array
 
     @property
-    def arguments(self) -> tuple[float, Array, Array, Array]:
+    def arguments(self) -> tuple[Any, Array, Array, Array]:
         """The same as routines take them."""
         return self.t, self.x, self.p, self.r
 
     def given(self, eom: Equations) -> dict[Expr, Any]:
         """Inputs, parameters and the time by symbol."""
-        return dict(zip((*eom.inputs, *eom.parameters, time), (*self.r, *self.p, self.t), strict=True))
+        r, p = (np.moveaxis(x, -1, 0) for x in (self.r, self.p))
+        return dict(zip((*eom.inputs, *eom.parameters, time), (*r, *p, self.t), strict=True))
 
     def numbers(self, eom: Equations) -> dict[Expr, Any]:
         """All of it by symbol."""

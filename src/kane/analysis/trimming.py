@@ -30,7 +30,6 @@ from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, SimulationError, ValueMissingError
-from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, close, closest, starts
@@ -281,12 +280,10 @@ def _plain(task: SteadyProblem, best: Closed) -> Array:
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     """By what angles closures are turned at X."""
     eom = conditions.eom
-    constraints, nq, width = eom.derived.conditions, len(eom.coordinates), len(eom.state)
-    rest = [*eom.inputs, *eom.parameters, time]
 
     def angles(x: Array) -> Array:
-        values: dict[Expr, Any] = dict(zip(rest, [*x[width:].tolist(), conditions.t], strict=True))
-        return constraints.at(values).turned(x[:nq])
+        values = conditions.state(x).given(eom)
+        return eom.derived.conditions.at(values).turned(x[: len(eom.coordinates)])
 
     return angles
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from kane.analysis.many.following import BranchEnd, SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses
-from kane.analysis.state_checks import misses
+from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import ports
@@ -20,8 +20,7 @@ from kane.equations.datasets import package
 from kane.equations.equations import Equations
 from kane.equations.state import Guess
 from kane.errors import KaneError, SimulationError
-from kane.expr.node import Expr
-from kane.expr.symbols import Coordinate, Speed, time
+from kane.expr.symbols import Coordinate, Speed
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ROUNDED, ROUNDED_ROOT
 from kane.program.from_expressions import Bundle
@@ -142,7 +141,7 @@ def level_of(poses: Poses, k: int) -> LevelSet:
     """The configuration constraints of the kth state, by compiled code."""
     t, p, r = (x[k] for x in poses.numbers())
     eom = poses.eom
-    values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p, *r), strict=True)), time: t}
+    values = StateArrays(t, np.zeros(0), p, r).given(eom)
     count, routine = len(eom.derived.conditions.f) * (1 + len(eom.coordinates)), eom.numeric().routine(closing).flat
 
     def compiled(q: Array, _: Any) -> Array:
@@ -182,8 +181,8 @@ def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int],
 
 def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, causes: dict[int, str]) -> None:
     """All constraints hold at the configurations that were reached, and closures are as they are meant."""
-    eom, (t, p, r) = poses.eom, (x[reached] for x in poses.numbers())
-    values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
+    t, p, r = (x[reached] for x in poses.numbers())
+    values = StateArrays(t, q, p, r).given(poses.eom)
     turned, shares = level.manifold.at(values).turned(q[reached]), level.shares(f)
     for row in np.flatnonzero(~(shares <= CLOSED).all(axis=1) | turned.any(axis=1)).tolist():
         bad = misses(level.manifold.names, f[row], shares[row], CLOSED)

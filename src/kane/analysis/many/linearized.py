@@ -16,15 +16,14 @@ from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, Values, all_switches, answers, coded, regular_rows, slopes, values
 from kane.analysis.many.poses import Poses
 from kane.analysis.one_sided import lengths
-from kane.analysis.perturbations import perturbations
+from kane.analysis.perturbations import Tangents, perturbations
 from kane.analysis.stacks import Entries, Stack, solve_each
+from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import Numeric
 from kane.equations.datasets import package
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.expr.node import Expr
-from kane.expr.symbols import time
 from kane.numeric.arrays import Array, Mask, blocks
 from kane.numeric.scale import NEAR_SINGULAR, ROUNDED_CHAIN
 from kane.program.native.machine import Settings
@@ -109,17 +108,11 @@ def _of_block(
     by_free = partial(_by_free, settings=numeric.settings, kept=chosen)
     of_q, sure_q = by_free("q", sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]))
     shift = sloped.motion[:, :, :nq] @ of_q
-    i, j = len(free_q), len(free_u)
-    shift[:, :, i:] += sloped.motion[:, :, nq + n :]
+    shift[:, :, len(free_q) :] += sloped.motion[:, :, nq + n :]
     whole = np.concatenate([sloped.motion[:, :, nq : nq + n], shift], axis=2)
     of_u, sure_u = by_free("u", whole, range(n), free_u, range(n, whole.shape[2]))
     sure &= sure_q & sure_u
-    more = of_q.shape[2] - i
-    moves = np.zeros((count, nq + n + more, i + j + more))
-    moves[:, :nq, :i], moves[:, :nq, i + j :] = of_q[:, :, :i], of_q[:, :, i:]
-    moves[:, nq : nq + n, :i], moves[:, nq : nq + n, i + j :] = of_u[:, :, j : j + i], of_u[:, :, j + i :]
-    moves[:, nq : nq + n, i : i + j] = of_u[:, :, :j]
-    moves[:, nq + n :, i + j :] = np.eye(more)
+    moves = Tangents.of(free_q, of_q, free_u, of_u).moves
     answer = np.zeros((*z.shape, moves.shape[2]))
     answer[:, keep] = -(solved.inverse @ (sloped.residual @ moves)[:, keep])
     rows = np.concatenate([(sloped.rates @ moves)[:, free_q], answer[:, free_u], sloped.states @ moves], axis=1)
@@ -163,7 +156,7 @@ def _placed(eom: Equations, own: Values, state: tuple[Array, ...]) -> Mask:
     terms = (np.abs(own.constraints(n)) @ np.abs(x[:, nq : nq + n, None]))[:, :, 0]
     off |= (np.abs(own.motion) > ROUNDED_CHAIN * np.maximum(terms, _TINY)).any(axis=1)
     if eom.derived.conditions.branches:
-        rest: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
+        rest = StateArrays(t, x, p, r).given(eom)
         off |= eom.derived.conditions.at(rest).turned(x[:, :nq]).any(axis=1)
     return np.asarray(~off)
 
