@@ -113,3 +113,9 @@ def test_what_is_no_set_of_speeds_is_named():
         kn.compare_speeds(system, candidates, routes=["fast"])
     with pytest.raises(kn.ModelError, match="by name"):
         kn.compare_speeds(system, ["rates"])
+    with pytest.raises(kn.ModelError, match="a motion along= which it is, got 3"):
+        kn.compare_speeds(system, candidates, along=3)
+    with pytest.raises(kn.ModelError, match="methods to compare"):
+        kn.compare_methods(system, [])
+    one = kn.compare_speeds(system, {}, routes="classical").sets[0]
+    assert one.operations == kn.compare_speeds(system, {}, routes=["classical"]).sets[0].operations

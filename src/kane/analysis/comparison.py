@@ -144,11 +144,13 @@ def compare_speeds(
     expect.that(named, "candidates by name, {name: speeds}", candidates)
     if DECLARED in candidates:
         raise ModelError(f"Expected names other than {DECLARED!r}, which is that of the system's own speeds.")
-    expect.none((repr(r) for r in routes or () if r not in ASKED), f"routes among {', '.join(map(repr, ASKED))}")
-    sets = [_set(DECLARED, system, along, routes)]
+    asked = (routes,) if isinstance(routes, str) else routes
+    expect.none((repr(r) for r in asked or () if r not in ASKED), f"routes among {', '.join(map(repr, ASKED))}")
+    expect.that(along is None or hasattr(along, "t"), "a motion along= which it is", along, "Give kn.simulate(…).")
+    sets = [_set(DECLARED, system, along, asked)]
     for name, speeds in candidates.items():
         try:
-            sets.append(_set(name, system.replace(speeds=speeds, dependent_speeds=()), along, routes))
+            sets.append(_set(name, system.replace(speeds=speeds, dependent_speeds=()), along, asked))
         except KaneError as error:
             raise SpeedsError(f"Expected speeds of this system as {name!r}: {error}") from error
     return SpeedComparison(tuple(sets))
@@ -266,6 +268,7 @@ def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS
         if a method has another name
     """
     expect.instance(system, (System, Equations), "a System or its Equations")
+    expect.that(methods, "methods to compare", methods)
     wanted: Any = methods
     names: Any = (wanted,) if isinstance(wanted, str) or not isinstance(wanted, Iterable) else wanted
     for name in names:

@@ -428,3 +428,14 @@ def test_values_beside_a_dataset_have_its_length(bead):
     states = kn.assemble(bead, q={"x": PLACES, "y": kn.guess(-1)})
     with pytest.raises(kn.SimulationError, match=r"4 values of each array beside the Dataset, got \(3,\) for F"):
         kn.inverse(bead, [u.dt for u in bead.speeds])(states, given={"F": np.zeros(3)})
+
+
+def test_names_of_what_a_dataset_tells_are_taken():
+    """A coordinate named status was overwritten by the texts."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x status")
+    P = O.at("P", x * N.x + y * N.y)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", holonomic=[kn.distance(P, O, 1.0)]))
+    with pytest.raises(kn.SimulationError, match=r"other names than instance, status, cause, residual, .*got 'status'"):
+        kn.assemble(eom, q={x: PLACES, y: kn.guess(-1)})

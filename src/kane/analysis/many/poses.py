@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from kane import expect
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
@@ -22,6 +23,7 @@ from kane.numeric.sampling import finite_number
 
 T = TypeVar("T")
 BY_NAME = ("parameters", "inputs", "t")
+_OWN = ("instance", "status", "cause", "residual")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,6 +133,11 @@ class Poses:
 
     def variables(self, symbols: Sequence[Symbol], values: Array) -> dict[str, Any]:
         """Values (symbols × k) by name."""
+        taken = (repr(s.name) for s in symbols if s.name in _OWN)
+        expected = (
+            f"coordinates and speeds of other names than {', '.join(_OWN)}, those of what a Dataset tells besides"
+        )
+        expect.none(taken, expected, cure="Name them otherwise.", error=SimulationError)
         xarray = package("xarray")
         return {s.name: self.variable(xarray, s, x) for s, x in zip(symbols, values, strict=True)}
 
