@@ -21,7 +21,7 @@ from kane.equations.equations import Equations, derive
 from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut, none_of
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import Expr
 from kane.expr.ops import MUL
 from kane.expr.regular import factors
 from kane.model.system import System
@@ -182,11 +182,7 @@ def _singular(eom: Equations) -> tuple[Expr, ...]:
 
 def _values(m: Matrix, along: MotionValues) -> Array:
     """A matrix along a motion (n × rows × columns)."""
-    entries = [x for x in m.entries if x is not ZERO]
-    count = len(along.t)
-    known = dict(zip(entries, along[entries], strict=True)) if entries else {}
-    columns = [np.broadcast_to(known.get(x, 0.0), (count,)) for x in m.entries]
-    return np.stack(columns, axis=-1).reshape(count, *m.shape)
+    return np.stack(along[list(m.entries)], axis=-1).reshape(len(along.t), *m.shape)
 
 
 def _condition(a: Array, sizes: Callable[[Array], Array]) -> Array:

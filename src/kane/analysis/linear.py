@@ -291,12 +291,8 @@ class NormalModes(Attributes):
         """x at the times t (n_t × n) from x and its rates at t = 0: η cos ω t + η̇ sin ω t/ω, hyperbolic where λ < 0."""
         start, drift = self.normal_coordinates(x), self.normal_coordinates(rates)
         times = expect.floats(t, "times in numbers", error=ArgumentError)[..., None]
-        omega = np.sqrt(np.abs(self.squares))
-        angle = omega * times
-        with np.errstate(divide="ignore", invalid="ignore"):
-            swing = np.where(self.squares > 0, np.sin(angle), np.sinh(np.where(self.squares < 0, angle, 0.0)))
-            reach = np.where(omega > 0, swing / omega, times)
-        even = np.where(self.squares > 0, np.cos(angle), np.cosh(np.where(self.squares < 0, angle, 0.0)))
+        angle = np.sqrt(self.squares.astype(complex)) * times  # of growth an imaginary one
+        even, reach = np.cos(angle).real, times * np.sinc(angle / np.pi).real
         return np.asarray((start * even + drift * reach) @ self.shapes.T)
 
     def __repr__(self) -> str:

@@ -29,7 +29,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
-from kane.numeric.arrays import Array, common_shape
+from kane.numeric.arrays import Array, common_shape, spread
 from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
@@ -102,14 +102,8 @@ class Inverse(Attributes):
         arrays, times = {s: _floats(s, v) for s, v in values.items()}, _floats(time, at.t)
         shape = common_shape({time: times, **arrays, **varied})
         full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
-        x = np.stack([full[s] for s in eom.state], axis=-1)
-        r = np.zeros((*shape, len(eom.inputs)))
-        for k, s in enumerate(eom.inputs):
-            if s in full:
-                r[..., k] = full[s]
-        p = np.empty((*(shape if varied else ()), len(eom.parameters)))
-        for k, m in enumerate(eom.parameters):
-            p[..., k] = constants[m]
+        x, r = (_table([full.get(s, 0.0) for s in own], shape) for own in (eom.state, eom.inputs))
+        p = _table([constants[m] for m in eom.parameters], shape if varied else ())
         solution = self._solved(np.broadcast_to(times, shape), x, p, r, full)
         return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
 
@@ -163,7 +157,7 @@ class Inverse(Attributes):
             )
         rest = StateArrays(t, x, p, r).given(eom)
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
-        told = np.stack([full[a].reshape(-1) for a in self.known], axis=-1) if self.known else np.zeros((t.size, 0))
+        told = _table([full[a] for a in self.known], t.shape).reshape(t.size, len(self.known))
         z = self._of_matrices(routine.bundle, flat.reshape(t.size, flat.shape[-1]), told)
         return z.reshape(*t.shape, len(self.unknowns))
 
@@ -221,6 +215,11 @@ class Inverse(Attributes):
                 "can be added without any effect. Give one of these, or take another unknown in its place."
             )
         return z
+
+
+def _table(values: Sequence[Any], shape: tuple[int, ...]) -> Array:
+    """Numbers and arrays along a last axis, each broadcast to one shape."""
+    return np.moveaxis(spread(values, shape), 0, -1)
 
 
 def _floats(s: Expr, value: Any) -> Array:
