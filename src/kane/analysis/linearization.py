@@ -84,7 +84,7 @@ class Linearizer(Attributes):
                 raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(chosen), tolerance)))
             _check_independent(flow, chosen)
             linear = self._linear(smooth, verdict)
-            return linear.without(*gone)
+            return linear.without(*gone) if gone else linear
 
     def _of_many(self, many: Poses, independent: Sequence[str], gone: Sequence[str], options: Mapping[str, Any]) -> Any:
         """Those at many states as a Dataset; what is left out of these is solved for as in `assemble`."""

@@ -29,7 +29,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
-from kane.numeric.arrays import Array, common_shape, spread
+from kane.numeric.arrays import Array, common_shape
 from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
@@ -219,11 +219,14 @@ class Inverse(Attributes):
 
 def _table(values: Sequence[Any], shape: tuple[int, ...]) -> Array:
     """Numbers and arrays along a last axis, each broadcast to one shape."""
-    return np.moveaxis(spread(values, shape), 0, -1)
+    table = np.empty((*shape, len(values)))
+    for k, x in enumerate(values):
+        table[..., k] = x
+    return table
 
 
-def _floats(s: Expr, value: Any) -> Array:
-    return expect.floats(value, f"numbers for {s}", error=SimulationError)
+def _floats(s: Any, value: Any) -> Array:
+    return expect.floats(value, f"numbers for {s.name}", error=SimulationError)
 
 
 class _Mixed(NamedTuple):

@@ -39,7 +39,7 @@ class StateArrays:
 
     def given(self, eom: Equations) -> dict[Expr, Any]:
         """Inputs, parameters and the time by symbol."""
-        r, p = (np.moveaxis(x, -1, 0) for x in (self.r, self.p))
+        r, p = (x if x.ndim == 1 else np.moveaxis(x, -1, 0) for x in (self.r, self.p))
         return dict(zip((*eom.inputs, *eom.parameters, time), (*r, *p, self.t), strict=True))
 
     def numbers(self, eom: Equations) -> dict[Expr, Any]:
@@ -94,8 +94,9 @@ def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
 
 def check_unit_length(eom: Equations, x: Array) -> None:
     """Euler parameters among the values of states x (… × n) are of unit length."""
-    place = {c: i for i, c in enumerate(eom.coordinates)}
-    for s in eom.system.euler_parameters:
+    sets = eom.system.euler_parameters
+    place = {c: i for i, c in enumerate(eom.coordinates if sets else ())}
+    for s in sets:
         lengths = np.linalg.norm(x[..., [place[e] for e in s.coordinates]], axis=-1).reshape(-1)
         off = lengths[np.abs(lengths - 1) > GIVEN]
         expected = f"Euler parameters ({', '.join(e.name for e in s.coordinates)}) with e0² + e1² + e2² + e3² = 1"
