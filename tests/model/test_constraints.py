@@ -217,6 +217,13 @@ def test_a_point_that_wanders_in_its_body_is_refused() -> None:
     assert kn.coincident(slider, O, N.z)[0].kind == "configuration"
 
 
+def test_scalars_in_lists_of_lists_have_names_of_their_own():
+    """Closures of a function of one's own, each a list of scalars, go into one list."""
+    rows = as_constraints([[q5 - 1], [q6 - 2, [q4]]], "configuration")
+    assert [c.name for c in rows] == ["holonomic 1", "holonomic 2", "holonomic 3"]
+    assert all(c.expr is e for c, e in zip(rows, (q5 - 1, q6 - 2, q4), strict=True))
+
+
 class TestRepr:
     q, a = kn.coordinate("q"), kn.parameter("a")
 

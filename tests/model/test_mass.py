@@ -173,3 +173,8 @@ def test_of_a_flexible_beam(form):
     )
     with pytest.raises(kn.ModelError, match=r"deforms|depend on"):
         kn.composite("c", [beam], B)
+
+
+def test_a_composite_of_nothing():
+    with pytest.raises(kn.ModelError, match="Expected bodies with mass, got none"):
+        kn.composite("c", [], kn.Frame("N"))

@@ -88,3 +88,7 @@ def test_what_is_no_inertia():
         kn.principal(F)
     with pytest.raises(kn.ModelError, match="symmetric"):
         kn.principal(kn.Dyadic.of(F, [[1, 1, 0], [0, 1, 0], [0, 0, 1]]))
+    a, b = kn.parameter("a", 2.0), kn.parameter("b")
+    for rows in ([[a, b, 0], [0, 1, 0], [0, 0, 1]], [[a, b, 0], [-b, 1, 0], [0, 0, 1]]):
+        with pytest.raises(kn.ModelError, match="symmetric"):
+            kn.principal(kn.Dyadic.of(F, rows))

@@ -141,3 +141,48 @@ def test_coordinates_that_nothing_moves_by():
     stray = kn.Load.from_potential(k * kn.coordinate("stray") ** 2)
     with pytest.raises(kn.KaneError, match="stray"):
         kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[stray]))
+
+
+@pytest.mark.parametrize("carried", [False, True])
+def test_dissipation_by_an_angular_velocity_is_a_torque(carried):
+    """R = c ω·ω/2 of a ball joint, by the joint's speeds or by ω, is the torque −c ω of a damper; the base feels the opposite."""
+    hinge = kn.pin("hinge", O, N, axis=N.x)
+    joint = kn.ball("ball", hinge.point if carried else O, hinge.frame if carried else N)
+    joints = [hinge, joint] if carried else [joint]
+    bodies = [
+        kn.RigidBody(j.name, frame=j.frame, mass_center=j.point, mass=1, inertia=kn.inertia(j.frame, 1, 2, 2.5))
+        for j in joints
+    ]
+    w = joint.angular_velocity
+    ways = [
+        kn.torque_pair(joint.frame, joint.parent, -c * w),
+        kn.Load.from_dissipation(c * w.dot(w) / 2),
+        kn.Load.from_dissipation(c * sum(u * u for u in joint.speeds) / 2),
+    ]
+    q, u = [0.3, 0.6, 0.0, 0.0, 0.8][not carried :], [0.5, 1.0, 2.0, 3.0][not carried :]
+    forces = []
+    for load in ways:
+        eom = kn.derive(kn.System(N, bodies=bodies, joints=joints, loads=[load]))
+        forces.append(np.array(eom.evaluate(eom.Fr, q=q, u=u)))
+    assert np.abs(forces[0]).max() > 0.3
+    assert forces[1] == pytest.approx(forces[0], rel=1e-12)
+    assert forces[2] == pytest.approx(forces[0], rel=1e-12)
+
+
+def test_dissipation_by_the_angular_velocity_of_a_frame_without_a_body():
+    e = kn.coordinates("e0:4")
+    C = N.rotate_euler_parameters("C", e)
+    w = C.angular_velocity(N)
+    particles = [kn.Particle(a, O.at(a, v), 2) for a, v in (("X", C.x), ("Y", 2 * C.y))]
+    speeds = dict(zip((u1, u2, u3), w.components(C), strict=True))
+    eom = kn.derive(
+        kn.System(N, bodies=particles, speeds=speeds, loads=[kn.Load.from_dissipation(c * w.dot(C.y) ** 2)])
+    )
+    forces = np.array(eom.evaluate(eom.Fr, q=[0.6, 0, 0.8, 0], u=[1, 2, 3]), dtype=float)
+    assert forces == pytest.approx([0, -2 * 0.4 * 2, 0], abs=1e-14)
+
+
+@pytest.mark.parametrize("rate", [x.dt.dt, kn.state("activation").dt, kn.input("T").dt])
+def test_a_dissipation_function_of_other_rates_alone_is_refused(rate):
+    with pytest.raises(kn.errors.ModelError, match="Expected a dissipation function of rates or speeds"):
+        kn.Load.from_dissipation(c * rate**2)

@@ -189,8 +189,25 @@ def test_copies_are_the_same():
         (lambda: kn.Rotation.from_euler_parameters((0, 1, 0, 0)).rodrigues_parameters, "half a turn"),
         (lambda: kn.Rotation.from_angles("xyz", kn.coordinates("a b c")).to_scipy(), "evaluate"),
         (lambda: kn.Frame("N").rotate_rodrigues_parameters("B", (1, 2)), "three Rodrigues"),
+        (lambda: kn.Frame("N").rotate_rodrigues_parameters("B", 1), "three Rodrigues"),
+        (lambda: kn.Rotation.from_axis_angle(np.eye(3)[:2], [1, 2, 3]), r"one shape.*\(2,\) and \(3,\)"),
+        (lambda: random(4) @ random(3), r"one shape.*\(4,\) and \(3,\)"),
+        (lambda: random(4).apply(np.ones((3, 3))), r"one shape.*\(4,\) and \(3,\)"),
+        (lambda: random(4) @ kn.Rotation.from_angles("xyz", kn.coordinates("a b c")), "one rotation"),
     ],
 )
 def test_what_is_refused(make, words):
     with pytest.raises(SpaceError, match=words):
         make()
+
+
+def test_several_axes_turn_by_one_angle():
+    axes = np.array([[1.0, 0, 0], [0, 0.6, 0.8]])
+    several = kn.Rotation.from_axis_angle(axes, 0.3)
+    assert several.shape == (2,)
+    np.testing.assert_allclose(several.direction_cosines, Scipy.from_rotvec(0.3 * axes).as_matrix(), atol=CLOSE)
+
+
+def test_numbers_evaluate_to_themselves():
+    r = random(4)
+    np.testing.assert_array_equal(r.evaluate({}).direction_cosines, r.direction_cosines)

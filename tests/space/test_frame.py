@@ -301,3 +301,14 @@ def test_axis_from_parameters_without_default_is_taken_at_its_word():
     values = path.values() | dict(zip(k, axis, strict=True))
     expected = Rotation.from_rotvec(path.q[0] * axis).as_matrix()
     assert numbers(N.dcm(frame), values) == pytest.approx(expected, abs=1e-14)
+
+
+@pytest.mark.parametrize("cosines", [5, (1, 2, 3), np.eye(4), np.eye(2)])
+def test_what_is_no_matrix_of_direction_cosines(cosines):
+    with pytest.raises(kn.SpaceError, match="3 × 3 matrix of direction cosines"):
+        N.rotate_matrix("B", cosines)
+
+
+def test_what_are_no_euler_parameters():
+    with pytest.raises(kn.SpaceError, match="four"):
+        N.rotate_euler_parameters("B", 5)

@@ -19,7 +19,7 @@ Directions that are declared: of unit length, fixed in one frame.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
@@ -121,12 +121,9 @@ Constraints = tuple[Constraint, ...]
 
 def as_constraints(declared: Any, kind: Kind) -> Constraints:
     """Constraints from one or several of them, or from scalar expressions that must vanish."""
-    items = list(declared) if isinstance(declared, Iterable) and not isinstance(declared, Expr) else [declared]
     constraints: list[Constraint] = []
-    for item in items:
-        if isinstance(item, list | tuple):
-            constraints += as_constraints(item, kind)
-        elif isinstance(item, Constraint):
+    for item in _each(declared):
+        if isinstance(item, Constraint):
             if item.kind != kind:
                 other = {"configuration": "holonomic", "motion": "nonholonomic"}[item.kind]
                 raise ModelError(f"Expected {kind} constraints here, got {item.name!r}: list it in {other}=.")
@@ -139,6 +136,15 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
             word = "holonomic" if kind == "configuration" else "nonholonomic"
             constraints.append(Constraint(f"{word} {len(constraints) + 1}", kind, as_expr(item)))
     return tuple(constraints)
+
+
+def _each(declared: Any) -> Iterator[Any]:
+    """What is declared, one by one, out of lists of lists."""
+    if isinstance(declared, Iterable) and not isinstance(declared, Expr | str):
+        for item in declared:
+            yield from _each(item)
+    else:
+        yield declared
 
 
 def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:

@@ -13,7 +13,7 @@ from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
-from kane.expr.symbols import QuasiRate, Rate, Reaction, Speed, Symbol, input_of
+from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import check_unit
 from kane.space.frame import Frame, Point
@@ -82,7 +82,8 @@ class Load(Immutable):
 
         Parameters
         ----------
-        R : the dissipation function, an expression of rates or speeds, which may hold coordinates too: c*q.dt**2/2 for a damper
+        R : the dissipation function, an expression of rates or speeds, which may hold coordinates too: c*q.dt**2/2 for a damper,
+            c*w.dot(w)/2 of an angular velocity
         name : what the load is called
 
         Raises
@@ -92,7 +93,7 @@ class Load(Immutable):
         """
         function = as_expr(R)
         own = free_symbols([function])
-        moving = any(isinstance(s, Rate | Speed) and not is_given(s) for s in own)
+        moving = any(isinstance(s, QuasiRate | Speed) or isinstance(getattr(s, "place", None), Coordinate) for s in own)
         cure = "Write it by rates, as in c*q.dt**2/2; a function of coordinates alone is a potential: Load.from_potential(V)."
         expected = "a dissipation function of rates or speeds"
         expect.that(moving, expected, came=lambda: f"{cut(function)}, which holds none", cure=cure)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields, replace
 from functools import reduce
 from inspect import signature
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from kane import expect, show
 from kane.errors import KaneWarning, ModelError, none_of
@@ -331,7 +331,7 @@ def _moving(speeds: Mapping[Speed, Any] | str) -> list[Symbol]:
     return list(found)
 
 
-Pulls = list[tuple[Coordinate, Expr]]
+Pulls = list[tuple[Coordinate | QuasiRate, Expr]]
 _LENGTH_EXPONENTS = parse("m").exponents
 
 
@@ -342,7 +342,7 @@ def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], 
 
 
 def _pulls(load: Load, speeds: Any) -> Pulls:
-    """Q_s by coordinate: −∂V/∂q_s, or −∂R/∂q̇_s."""
+    """Q_s by coordinate: −∂V/∂q_s, or −∂R/∂q̇_s; and −∂R/∂w by quasi-rate."""
     assert load.scalar is not None
     if load.potential is not None:
         return [(q, -diff(load.potential, q)) for q in free_symbols([load.potential]) if isinstance(q, Coordinate)]
@@ -355,22 +355,26 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
     names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
     expected = f"the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names})"
     expect.none(left[:1], expected, "{} in it", "Write it by rates, q.dt.")
-    rates = [s for s in free_symbols([function]) if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
-    return [(r.place, -diff(function, r)) for r in rates if isinstance(r.place, Coordinate)]
+    moved_by = ((s, s if isinstance(s, QuasiRate) else getattr(s, "place", None)) for s in free_symbols([function]))
+    return [(x, -diff(function, s)) for s, x in moved_by if isinstance(x, Coordinate | QuasiRate)]
 
 
-def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int]]:
-    """By coordinate the frame that turns by it alone in its parent, the parent, and about which basis axis."""
-    result: dict[Symbol, tuple[Frame, Frame, int]] = {}
+def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, Vector]]:
+    """By coordinate the frame that turns by it alone in its parent, the parent, and about which axis; by quasi-rate, too."""
+    result: dict[Symbol, tuple[Frame, Frame, Vector]] = {}
     for frame in frames:
         o, parent = frame.orientation, frame.parent
-        if o is None or o.axis is None or o.angle is None or parent is None:
+        if o is None or parent is None:
+            continue
+        for w, along in zip(o.quasi, axes(frame), strict=False):
+            result.setdefault(w, (frame, parent, along))
+        if o.axis is None or o.angle is None:
             continue
         before = parent.orientation
         start = before.angle if before is not None and before.base is o.base and before.axis == o.axis else None
         for q in free_symbols([o.angle]):
             if isinstance(q, Coordinate) and o.angle is (q if start is None else add(start, q)):
-                result.setdefault(q, (frame, parent, o.axis))
+                result.setdefault(q, (frame, parent, axes(parent)[o.axis]))
     return result
 
 
@@ -386,8 +390,12 @@ def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -
             continue
         if q in turning:
             frame, base, axis = turning[q]
-            torque = axes(base)[axis] * pull
+            torque = axis * pull
             torques += [(frame, torque), *([] if base is inertial else [(base, -torque)])]
+        elif isinstance(q, QuasiRate):
+            *e, k = cast(tuple[Any, ...], q.place)
+            frame = inertial.rotate_euler_parameters(name, e)
+            torques.append((frame, axes(frame)[k - 1] * pull))
         elif parse(q.unit).exponents == _LENGTH_EXPONENTS if q.unit else q not in angles:
             forces.append((root.at(name, inertial.x * q), inertial.x * pull))
         else:

@@ -111,6 +111,7 @@ class Rotation(Immutable):
             return cls._of(
                 lambda: _about(n, theta), lambda: (_halved(n, theta), True), axis_angle=(_read(n), as_expr(theta[()]))
             )
+        _check_alike("axes and angles", n.shape[:-1], theta.shape)
         if not theta.ndim:
             doubt_degrees("A rotation", [theta])
         n = _unit(n, "an axis")
@@ -256,10 +257,13 @@ class Rotation(Immutable):
     def apply(self, v: Any) -> Any:
         """Measure numbers along A of a vector from those along B: ᴬCᴮ v, v of 3 or (…, 3)."""
         known = _entries(v, (3,), "measure numbers")
+        _check_alike("rotations and vectors", self.shape, known.shape[:-1])
         return _read((self._cosines * known[..., None, :]).sum(axis=-1))
 
     def evaluate(self, values: Mapping[Any, Any]) -> Rotation:
         """The rotation of numbers that symbols give, see `kane.evaluate`."""
+        if not self.is_symbolic:
+            return self
         numbers = np.broadcast_arrays(*evaluate([as_expr(x) for x in self._cosines.reshape(9)], values))
         c = np.stack(numbers, axis=-1).reshape(*numbers[0].shape, 3, 3)
         return Rotation.from_direction_cosines(c)
@@ -270,6 +274,10 @@ class Rotation(Immutable):
         expect.instance(
             other, Rotation, "two rotations in R @ S", "A vector is turned by R.apply(v).", error=SpaceError
         )
+        mixed = self.is_symbolic or other.is_symbolic
+        _check_alike("rotations in R @ S", self.shape, other.shape)
+        alone = not mixed or self.shape == () == other.shape
+        expect.that(alone, "one rotation in R @ S with one of symbols", came="an array", error=SpaceError)
 
         def cosines() -> Entries:
             return np.asarray(self._cosines @ other._cosines)
@@ -278,7 +286,6 @@ class Rotation(Immutable):
             (p, unit), (q, also) = self._homogeneous, other._homogeneous
             return formulas.product(p, q), unit and also
 
-        mixed = self.is_symbolic or other.is_symbolic
         return Rotation._of(cosines if mixed else None, parameters)
 
     @property
@@ -355,6 +362,15 @@ def _entries(given: Any, shape: tuple[int, ...], what: str) -> Entries:
     return e
 
 
+def _check_alike(what: str, first: tuple[int, ...], other: tuple[int, ...]) -> None:
+    """Arrays of rotations, axes or vectors have shapes that go together."""
+    try:
+        np.broadcast_shapes(first, other)
+    except ValueError as error:
+        came = f"{first} and {other}"
+        raise expect.refusal(SpaceError, f"{what} of one shape, or a single one of either", came) from error
+
+
 def _expressions(e: Entries) -> Entries:
     found = np.empty(e.shape, dtype=object)
     for place in np.ndindex(e.shape):
@@ -381,5 +397,5 @@ def _about(n: Entries, theta: Entries) -> Entries:
 
 
 def _halved(n: Entries, theta: Entries) -> Entries:
-    half = np.asarray(theta[..., None] / 2)
-    return np.concatenate([np.cos(half), n * np.sin(half)], axis=-1)
+    n, half = np.broadcast_arrays(n, theta[..., None] / 2)
+    return np.concatenate([np.cos(half[..., :1]), n * np.sin(half)], axis=-1)

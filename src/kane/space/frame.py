@@ -164,7 +164,7 @@ class Frame(Basis):
 
         Its angular velocity is measured by three quasi-rates along its own axes, from which ė follows; see QuasiRate.
         """
-        e = tuple(parameters)
+        e = expect.items(parameters, f"four coordinates (e0, e1, e2, e3) for the frame {name}", error=SpaceError)
         if len(e) != 4 or not all(isinstance(x, Coordinate) for x in e) or len(set(e)) != 4:
             raise SpaceError(f"Expected four different coordinates (e0, e1, e2, e3), got {parameters!r}.")
         e0, e1, e2, e3 = e
@@ -184,7 +184,7 @@ class Frame(Basis):
         Kane, Likins & Levinson 1983, *Spacecraft Dynamics*, sec. 1.4 and 1.14.
         """
         _check_name(name)
-        rho = tuple(parameters)
+        rho = expect.items(parameters, f"three Rodrigues parameters for the frame {name}", error=SpaceError)
         if len(rho) != 3:
             raise SpaceError(f"Expected three Rodrigues parameters, got {cut(repr(parameters))}.")
         x, y, z = map(as_expr, rho)
@@ -200,7 +200,11 @@ class Frame(Basis):
 
         The matrix must be orthogonal and right-handed; this is checked where its parameters have defaults.
         """
-        rows = [[as_expr(x) for x in row] for row in cosines]
+        expected = f"a 3 × 3 matrix of direction cosines for the frame {name}"
+        listed = [
+            expect.items(row, expected, error=SpaceError) for row in expect.items(cosines, expected, error=SpaceError)
+        ]
+        rows = [[as_expr(x) for x in row] for row in listed]
         if len(rows) != 3 or any(len(row) != 3 for row in rows):
             raise SpaceError(f"Expected a 3 × 3 matrix of direction cosines, got {len(rows)} rows.")
         a, b, c = ((row[0], row[1], row[2]) for row in rows)
