@@ -119,6 +119,8 @@ CHANGES_SIDE = 1e-6
 """Share of its usual size below which the quantity of a switch or event is at its threshold: it is located no better."""
 LEAPS = 1e-6
 """Share of its range by which a function that jumps differs from the integral of its derivative, or on both sides of an instant."""
+STEEP = 1e-3
+"""Share of its largest Chebyshev coefficient above which the last ones of a taper tell of a step: its integrals are off by as much."""
 
 
 ROUNDING = 2.0**-51

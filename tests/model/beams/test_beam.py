@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import kane as kn
 from kane.errors import ModelError
@@ -136,3 +137,50 @@ def test_units_that_a_beam_chose_ask_nothing_of_a_model_without_units():
     metres = kn.parameter("g", 9.81, "m/s^2")
     with pytest.raises(kn.UnitError, match="angle"):
         kn.System(N, bodies=[beam], loads=[*loads, kn.gravity(-metres * N.y)], speeds={kn.speed("u"): q.dt})
+
+
+def stepped(x: Any) -> Any:
+    return np.where(x < 0.3, 1.0, 0.5)
+
+
+@pytest.mark.parametrize("form", ["linearized", "nonlinear"])
+def test_a_stepped_beam_has_the_integrals_of_its_pieces(form: str) -> None:
+    """M and K of bending and twist by SciPy's quadrature on either side of the step, and the mass of both pieces."""
+    mass, stiff, polar, torsion = (kn.tapered(x, stepped, breaks=[0.3]) for x in (2.0, 5.0, 0.7, 3.0))
+    turning = {"GJ": torsion, "torsion": 2, "polar": polar}
+    shaft = beam(length=1.0, mass_per_length=mass, EI=stiff, modes=2, form=form, **turning)
+    bent, twisted = shaft.deformation.fields
+
+    def gram(field: Any, order: int, size: float) -> Any:
+        def entry(i: int, k: int) -> float:
+            pieces = ((0, 0.3, 1.0), (0.3, 1, 0.5))
+            values = (quad(lambda x: np.prod(field.shapes.at(x, order)[[i, k]]), a, b)[0] * c for a, b, c in pieces)
+            return size * sum(values)
+
+        return np.array([[entry(i, k) for k in range(2)] for i in range(2)])
+
+    eom, still = kn.derive(kn.System(N, bodies=[shaft])), np.zeros(4)
+    m = np.array(eom.evaluate(eom.mass_matrix, q=still, u=still), dtype=float)
+    k = -np.array([eom.evaluate(eom.Fr, q=q, u=still) for q in np.eye(4)], dtype=float)
+    np.testing.assert_allclose(m[:2, :2], gram(bent, 0, 2.0), rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(m[2:, 2:], gram(twisted, 0, 0.7), rtol=1e-9)
+    np.testing.assert_allclose(k[:2, :2], gram(bent, 2, 5.0), rtol=1e-11, atol=1e-9)
+    np.testing.assert_allclose(k[2:, 2:], gram(twisted, 1, 3.0), rtol=1e-11, atol=1e-12)
+    whole = kn.evaluate([shaft.mass, sum(p.mass for p in shaft.parts())], {})
+    np.testing.assert_allclose(whole, 2 * (0.3 + 0.35), rtol=1e-12)
+
+
+def test_a_taper_with_steps_is_told() -> None:
+    with pytest.warns(kn.KaneWarning, match="Say where: breaks="):
+        kn.tapered(1.0, stepped)
+    with pytest.warns(kn.KaneWarning, match=r"smooth from ξ = 0 to 0\.5"):
+        kn.tapered(1.0, stepped, breaks=(0.5,))
+    with pytest.raises(kn.ModelError, match="places ξ between 0 and 1"):
+        kn.tapered(1.0, stepped, breaks=(0.0, 0.3))
+    with pytest.raises(kn.ModelError, match=r"the taper to take an array of ξ.*ValueError"):
+        kn.tapered(1.0, lambda x: 1.0 if x < 0.3 else 0.5)
+    with pytest.raises(kn.ModelError, match=r"number for each ξ, got the shape \(2,\)"):
+        kn.tapered(1.0, lambda _: [1.0, 0.5])
+    again = pickle.loads(pickle.dumps(kn.tapered(1.0, stepped, breaks=(0.3,))))
+    assert again.share.breaks == (0.3,)
+    assert again.share(np.array([0.2, 0.4])).tolist() == [1.0, 0.5]

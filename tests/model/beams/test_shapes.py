@@ -73,7 +73,7 @@ def test_foreshortening_and_its_moments() -> None:
     shapes = kn.mode_shapes([lambda x: x**2])
     np.testing.assert_allclose(foreshortening(shapes, 0.6), [[4 * 0.6**3 / 3]], rtol=1e-13)
     slopes = shapes.evaluate(RULE.places, 1)
-    m0, m1 = moments_beyond(lambda x: 1 - x / 2, RULE.places)
+    m0, m1 = moments_beyond(kn.tapered(1, lambda x: 1 - x / 2).share, RULE.places)
     np.testing.assert_allclose(RULE.gram(slopes, slopes, m0), [[4 / 3 * (1 / 4 - 1 / 10)]], rtol=1e-12)
     np.testing.assert_allclose(RULE.gram(slopes, slopes, m1), [[4 / 3 * (1 / 5 - 1 / 12)]], rtol=1e-12)
 

@@ -159,7 +159,7 @@ class Beam(Immutable):
     @property
     def mass(self) -> Expr:
         """Of the whole beam; its parts share it, some with less than nothing, so that their momenta are right."""
-        rule = gauss(_MASS_POINTS)
+        rule = gauss(_MASS_POINTS, self.mass_per_length.share.ends)
         mean = float(rule.weights @ self.mass_per_length.share(rule.places))
         whole = mul(self.length, self.mass_per_length.value)
         return whole if abs(mean - 1) < ROUNDED else mul(constant(mean), whole)
@@ -286,7 +286,7 @@ def first_frequency(
 @lru_cache(maxsize=64)
 def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Array, Array]:
     """m, k and S without units: the same for every motion of a beam."""
-    rule = fine([shapes])
+    rule = fine([shapes], mass)
     values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
     _, beyond = moments_beyond(mass, rule.places)
     result = (rule.gram(values, values, mass(rule.places)), strain(shapes, stiff, 2), rule.gram(slopes, slopes, beyond))

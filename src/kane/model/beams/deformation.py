@@ -16,46 +16,84 @@ mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 
 from kane import expect
-from kane.errors import ModelError, cut
+from kane.errors import ModelError, cut, warn
 from kane.expr.build import add, div, mul
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
-from kane.model.beams.shape_functions import ModeShapes, together
+from kane.model.beams.shape_functions import ModeShapes, taken, together
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import QuadratureRule, gauss
 from kane.numeric.rank import singular
 from kane.numeric.sampling import default_of
-from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
+from kane.numeric.scale import EQUAL, STATE_RANK, STEEP, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 _GRID = np.linspace(0, 1, 101)
+_DEGREE = 64
+"""Of the polynomial that a taper is compared with."""
+
+
+class Share(NamedTuple):
+    """A function of ξ = x/L (m) in units of its value at the root; at `breaks` it jumps or bends."""
+
+    function: Callable[[Array], Any]
+    breaks: tuple[float, ...] = ()
+
+    def __call__(self, x: Array) -> Array:
+        """The shares (m)."""
+        cure = "Write it with NumPy: lambda xi: np.where(xi < 0.5, 1.0, 0.25), breaks=(0.5,)."
+        values = taken(self.function, x, "the taper", cure)
+        came = f"the shape {values.shape} for {np.shape(x)}"
+        expect.that(values.shape in (np.shape(x), ()), "the taper to give a number for each ξ", came=came, cure=cure)
+        return np.broadcast_to(values, np.shape(x))
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """The ends of the pieces in which it is smooth."""
+        return (0.0, *self.breaks, 1.0)
+
+
+UNIFORM = Share(np.ones_like)
 
 
 class Tapered(NamedTuple):
     """`value` · `share(ξ)`."""
 
     value: Expr
-    share: Callable[[Array], Array]
+    share: Share
 
 
-def tapered(value: Any, share: Callable[[Array], Any]) -> Tapered:
+def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] = ()) -> Tapered:
     """A mass per length, or a stiffness, that changes along a beam: `value` times a function of ξ = x/L.
 
     `kn.tapered(EI, lambda xi: (1 - 0.5 * xi) ** 3)` is EI at the root and EI/8 at the tip.
+
+    Parameters
+    ----------
+    value : at the root
+    share : the function, called with an array of ξ
+    breaks : ξ at which it jumps or bends, as that of a stepped beam does: between these integrals are taken piece by piece
+
+    Raises
+    ------
+    ModelError
+        if the function does not take an array of ξ, or is not above zero, or places are not between 0 and 1
     """
     cure = "For example lambda xi: 1 - 0.5 * xi."
     expect.that(callable(share), "a function of ξ = x/L as the taper", share, cure)
-
-    def shares(x: Array) -> Array:
-        return np.broadcast_to(np.asarray(share(x), dtype=float), np.shape(x))
-
+    expected = "breaks= of the taper as places ξ between 0 and 1"
+    places = sorted({expect.number(x, expected) for x in expect.items(breaks, expected)})
+    expect.that(all(0 < x < 1 for x in places), expected, breaks)
+    shares = Share(share, tuple(places))
     along = shares(_GRID)
     if not (along[:-1] > 0).all() or not np.isfinite(along).all() or along[-1] < 0:
         worst = _GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]
@@ -63,12 +101,20 @@ def tapered(value: Any, share: Callable[[Array], Any]) -> Tapered:
             f"Expected a taper above zero from the root to the tip, got {float(shares(np.array([worst]))[0]):g} at ξ = {worst:g}. The "
             "function gives the share of the value at the root."
         )
+    for a, b in pairwise(shares.ends):
+        series: Chebyshev = Chebyshev.interpolate(lambda x: shares(x), _DEGREE, domain=[a, b])
+        size = np.abs(series.coef)
+        if size[-4:].max() > STEEP * size.max():
+            warn(
+                f"Expected a taper that is smooth from ξ = {a:g} to {b:g}, or its steps by their places, got one that jumps or is "
+                "steep there: integrals along the beam are off by some thousandths. Say where: breaks=(0.5,)."
+            )
     return Tapered(as_expr(value), shares)
 
 
 def section(who: str, what: str, given: Any, which: str = "") -> Tapered:
     """A property of a beam, uniform unless it is tapered; a ModelError for one that is not above zero, or varies in time."""
-    whole = given if isinstance(given, Tapered) else Tapered(as_expr(given), np.ones_like)
+    whole = given if isinstance(given, Tapered) else Tapered(as_expr(given), UNIFORM)
     return whole._replace(value=measure(who, what, whole.value, which))
 
 
@@ -102,20 +148,18 @@ def in_parameters(who: str, what: str, value: Expr, which: str = "", meaning: st
     return Parameter.declare(name, float(number), unit, f"{meaning or what} of {who}")
 
 
-Share = Callable[[Array], Array]
-
 _POINTS = 40
 """Points of a piece between two breaks, beyond twice the number of functions."""
 _BITS = 44
 """Sums of numbers that are rounded to 2^-44 of 1 are exact: what cancels in sums, cancels to zero."""
 
 
-def fine(shapes: Sequence[ModeShapes]) -> QuadratureRule:
-    """A rule for products of all these functions."""
-    breaks = sorted({b for s in shapes for b in s.breaks} | {0.0, 1.0})
-    pieces = len(breaks) - 1
+def fine(shapes: Sequence[ModeShapes], share: Share = UNIFORM) -> QuadratureRule:
+    """A rule for products of all these functions, times a share."""
+    breaks = {b for s in shapes for b in s.breaks} | {0.0, 1.0}
     most = max((s.count for s in shapes), default=1)
-    return gauss(max(8, (_POINTS + 2 * most) // (1 if pieces == 1 else 4)), breaks)
+    points = max(8, (_POINTS + 2 * most) // (1 if len(breaks) == 2 else 4))
+    return gauss(points, sorted(breaks.union(share.breaks)))
 
 
 def rounded(a: Array) -> Array:
@@ -161,25 +205,28 @@ def foreshortening(shapes: ModeShapes, xi: float) -> Array:
 
 def moments_beyond(share: Share, places: Array) -> tuple[Array, Array]:
     """m₀ and m₁ at each place."""
-    inner = gauss(_POINTS)
-    x = places[:, None] + np.multiply.outer(1 - places, inner.places)
-    weights = np.multiply.outer(1 - places, inner.weights) * share(x)
-    return weights.sum(axis=1), (weights * x).sum(axis=1)
+    inner, first, second = gauss(_POINTS), np.zeros_like(places), np.zeros_like(places)
+    for a, b in pairwise(share.ends):
+        start = np.clip(places, a, b)
+        x = start[:, None] + np.multiply.outer(b - start, inner.places)
+        weights = np.multiply.outer(b - start, inner.weights) * share(x)
+        first, second = first + weights.sum(axis=1), second + (weights * x).sum(axis=1)
+    return first, second
 
 
 def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share) -> QuadratureRule:
     """Gauss's rule with the fewest points that has ∫ r f_k f_l of all functions and foreshortenings."""
-    target, sizes = _products(fine(shapes), shapes, bending, share)
+    target, sizes = _products(fine(shapes, share), shapes, bending, share)
 
     def enough(points: int) -> bool:
-        error = np.abs(_products(gauss(points), shapes, bending, share)[0] - target)
+        error = np.abs(_products(gauss(points, share.ends), shapes, bending, share)[0] - target)
         return bool((error <= EQUAL * np.multiply.outer(sizes, sizes)).all())
 
     few, most = 1, 4 * max((s.count for s in shapes), default=1) + 40
     while most - few > 1:
         middle = (few + most) // 2
         few, most = (few, middle) if enough(middle) else (middle, most)
-    return gauss(most)
+    return gauss(most, share.ends)
 
 
 def _products(

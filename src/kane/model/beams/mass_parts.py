@@ -105,7 +105,7 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
 
 def _mu(whole: Fields, matter: Matter) -> Array:
     """μ of 1, ξ and the functions of all deformations, in units of ρA L."""
-    rule = fine([f.shapes for f in whole.shifting])
+    rule = fine([f.shapes for f in whole.shifting], matter.mass.share)
     x = rule.places
     values = np.hstack([np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) for f in whole.shifting)])
     mu = cleaned(rule.gram(values, values, matter.mass.share(x)), ROUNDED)
@@ -116,7 +116,7 @@ def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], lis
     """∫ r H dξ and ∫ r ξ H dξ of each deflection."""
     result: tuple[list[Array], list[Array]] = [], []
     for f in whole.sagging:
-        rule = fine([f.shapes])
+        rule = fine([f.shapes], matter.mass.share)
         slopes = f.shapes.evaluate(rule.places, 1)
         for each, m in zip(result, moments_beyond(matter.mass.share, rule.places), strict=True):
             each.append(rule.gram(slopes, slopes, m))
@@ -137,7 +137,8 @@ def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) 
     about = [(whole.axis, matter.polar)] if matter.polar is not None else []
     about += [(f.turn, inertia) for f, inertia in zip(bending, matter.rotary, strict=True) if f.turn is not None]
     shapes = [*twist, *(slopes(f.shapes) for f in bending)]
-    rules = [stations(shapes, [], inertia.share) for _, inertia in about]
+    breaks = tuple(sorted({b for _, inertia in about for b in inertia.share.breaks}))
+    rules = [stations(shapes, [], inertia.share._replace(breaks=breaks)) for _, inertia in about]
     rule = max(rules, key=lambda r: len(r.places), default=None)
     if rule is None:
         return []
@@ -191,7 +192,7 @@ def stiffness(f: Field) -> Array:
 
 def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
     """∫ e of the products of the derivatives of an order (n × n)."""
-    rule = fine([shapes])
+    rule = fine([shapes], share)
     values = shapes.evaluate(rule.places, order)
     k = cleaned(rule.gram(values, values, share(rule.places)), ROUNDED_CHAIN)
     return np.asarray((k + k.T) / 2)
@@ -244,12 +245,12 @@ def _parameter(name: str, kind: str, given: Any) -> Expr:
 
 
 def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr]) -> list[tuple[Expr, Array]]:
-    share = matter.polar if f.stem == "t" else matter.mass
-    assert share is not None
-    rule = fine([f.shapes])
+    inert = matter.polar if f.stem == "t" else matter.mass
+    assert inert is not None
+    rule = fine([f.shapes], inert.share)
     values = f.shapes.evaluate(rule.places, 0)
-    m, k = cleaned(rule.gram(values, values, share.share(rule.places)), ROUNDED), stiffness(f)
-    mass, stiff = mul(share.value, whole.length), stiffness_value(f, whole.length)
+    m, k = cleaned(rule.gram(values, values, inert.share(rule.places)), ROUNDED), stiffness(f)
+    mass, stiff = mul(inert.value, whole.length), stiffness_value(f, whole.length)
     terms = []
     if "mass" in damping:
         terms.append((mul(damping["mass"], mass), m))

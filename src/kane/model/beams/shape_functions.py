@@ -250,19 +250,13 @@ def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None
 
 def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
     """A function as the shortest Chebyshev series that has it to rounding, so that it can be differentiated."""
+    what, cure = f"function {k} of the mode shapes", "Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
 
     def numbers(x: Array) -> Array:
-        try:
-            values = np.asarray(f(x), dtype=float)
-        except Exception as error:
-            raise ModelError(
-                f"Expected function {k} of the mode shapes to take an array of ξ and give a number for each, got "
-                f"{type(error).__name__} from it: {error}. Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
-            ) from error
+        values = taken(f, x, what, cure)
         right = values.shape in (x.shape, ()) and np.isfinite(values).all()
-        expected = f"function {k} of the mode shapes to give a finite number for each ξ from 0 to 1"
         came = f"the shape {values.shape} for {x.shape}, or numbers that are not finite"
-        expect.that(right, expected, came=came, cure="Write it with NumPy: lambda x: 1 - np.cos(np.pi*x).")
+        expect.that(right, f"{what} to give a finite number for each ξ from 0 to 1", came=came, cure=cure)
         return np.broadcast_to(values, x.shape)
 
     for degree in _DEGREES:
@@ -275,6 +269,16 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
         f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not follow. "
         "Give what has kinks as table=(ξ, values)."
     )
+
+
+def taken(f: Callable[[Array], Any], x: Array, what: str, cure: str) -> Array:
+    """What a function of one's own makes of an array of ξ."""
+    try:
+        return np.asarray(f(x), dtype=float)
+    except Exception as error:
+        raise ModelError(
+            f"Expected {what} to take an array of ξ and give a number for each, got {type(error).__name__} from it: {error}. {cure}"
+        ) from error
 
 
 def _summed(derivatives: list[list[Chebyshev]], x: Array, order: int) -> Array:
