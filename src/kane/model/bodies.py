@@ -19,7 +19,7 @@ from kane import expect
 from kane.errors import ModelError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr, constant_value
-from kane.expr.ops import CONST, Immutable
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.expr.visit import remembered
 from kane.model.solids import central_inertia
@@ -232,13 +232,10 @@ def check_mass(name: str, mass: Expr) -> None:
 
 def check_inertia(name: str, inertia: Dyadic) -> None:
     """A central inertia is symmetric, without negative moments; a warning where the triangle inequality does not hold."""
-    frames = inertia.frames()
-    if not frames:
-        return
-    frame = frames[0]
-    n = _numbers(inertia, frame, one=len(frames) == 1)
+    n = _numbers(inertia)
     if n is None:
         return
+    frame = inertia.frames()[0]
     size = max(abs(x) for row in n for x in row)
     for i, j in _PAIRS:
         a, b, alike = _AXES[i], _AXES[j], abs(n[i][j] - n[j][i]) <= DECLARED * size
@@ -306,8 +303,7 @@ def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -
 
 
 def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
-    frames = inertia.frames()
-    n = _numbers(inertia, frames[0], one=len(frames) == 1) if frames else None
+    n = _numbers(inertia)
     if n is None:
         return False
     if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # those of most bodies are principal ones as they stand
@@ -317,7 +313,7 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
     (_, middle, high), axes = np.linalg.eigh(n)
     if not (high > 0 and middle <= DECLARED * high):
         return False
-    spin = [x for _, triple in angular_velocity(frame, inertial).express(frames[0]).parts for x in triple]
+    spin = angular_velocity(frame, inertial).express(inertia.frames()[0]).scalars()
     for seed in SEEDS:
         w = np.array(sample(spin, seed))
         if len(w) and np.isfinite(w).all() and np.abs(np.cross(w, axes[:, 2])).max() > DECLARED * np.abs(w).max():
@@ -329,30 +325,21 @@ _matrices: WeakKeyDictionary[Dyadic, list[list[float]] | None] = WeakKeyDictiona
 """What inertias are along the first of their frames: bodies ask when they are made, and systems for each of theirs."""
 
 
-def _numbers(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | None:
+def _numbers(inertia: Dyadic) -> list[list[float]] | None:
     """The matrix at the parameters' defaults; None where one has none, or the matrix is not constant in its one frame.
 
     Along several frames the turns between them are drawn at random: neither symmetry nor principal moments depend on them.
     """
     if inertia not in _matrices:
-        _matrices[inertia] = _computed(inertia, frame, one)
+        _matrices[inertia] = _computed(inertia)
     return _matrices[inertia]
 
 
-def _computed(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | None:
-    if one:
-        entries = [x for a, b in inertia.dyads for v in (a, b) for x in v.parts[0][1]]
-    else:
-        entries = [x for row in inertia.components(frame).rows for x in row]
-    own = list(dict.fromkeys(x for x in entries if x.op is not CONST))  # most are 0 and 1
-    missing = [s for s in free_symbols(own) if s.default is None]
-    if any(isinstance(s, Parameter) for s in missing) or (missing and one):
+def _computed(inertia: Dyadic) -> list[list[float]] | None:
+    frames = inertia.frames()
+    entries = inertia.components(frames[0]).entries if frames else ()
+    missing = [s for s in free_symbols(entries) if s.default is None]
+    if not frames or any(isinstance(s, Parameter) for s in missing) or (missing and len(frames) == 1):
         return None
-    known = dict(zip(own, sample(own, SEED), strict=True))
-    values = [known[x] if x in known else float(constant_value(x) or 0) for x in entries]
-    if not all(map(math.isfinite, values)):
-        return None
-    if not one:
-        return [values[0:3], values[3:6], values[6:9]]
-    dyads = [(values[k : k + 3], values[k + 3 : k + 6]) for k in range(0, len(values), 6)]
-    return [[sum(a[i] * b[j] for a, b in dyads) for j in range(3)] for i in range(3)]
+    values = sample(entries, SEED)
+    return [values[0:3], values[3:6], values[6:9]] if all(map(math.isfinite, values)) else None

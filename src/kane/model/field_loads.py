@@ -163,11 +163,11 @@ def line_load(
     degree : of the density in s
     """
     _check(frame, start, along)
-    length = length_along(along)
-    forces = [
-        (start.fixed_in(frame, f"{name or start.name}.{k}", along * s), _density(density, s) * (length * w))
-        for k, (s, w) in enumerate(_gauss(degree), 1)
-    ]
+    length, forces = length_along(along), []
+    for k, (s, w) in enumerate(_gauss(degree), 1):
+        expected = "a force per length as a Vector, or a function of such values"
+        force = expect.instance(density(s) if callable(density) else density, Vector, expected, "Write w*N.y.")
+        forces.append((start.fixed_in(frame, f"{name or start.name}.{k}", along * s), force * (length * w)))
     return Load(name or f"line load from {start.name}", tuple(forces))
 
 
@@ -235,22 +235,14 @@ def pressure_on_disk(
 
 
 def _gauss(degree: int) -> Rule:
-    """Shares and weights on 0…1; one point is exact."""
-    count = _points(degree)
-    if count == 1:
-        return [(constant(1) / 2, constant(1))]
-    return [(constant(x), constant(w)) for x, w in zip(*gauss(count), strict=True)]
+    """Shares and weights on 0…1."""
+    return [(constant(x), constant(w)) for x, w in zip(*gauss(_points(degree)), strict=True)]
 
 
 def _points(degree: Any) -> int:
     """How many points are exact for a density of this degree and its moment."""
     count = expect.whole(degree, "degree= of the density as a whole number from 0 to 60", least=0, most=60)
     return (count + 1) // 2 + 1
-
-
-def _density(density: Any, s: Expr) -> Vector:
-    expected = "a force per length as a Vector, or a function of such values"
-    return expect.instance(density(s) if callable(density) else density, Vector, expected, "Write w*N.y.")
 
 
 def _across(frame: Frame, normal: Vector) -> Vector:

@@ -13,18 +13,13 @@ from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
-from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
+from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import check_unit
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _MOVING = Rate | QuasiRate | Speed | Reaction
-
-
-def is_given(s: Symbol) -> bool:
-    """Whether a symbol is an input, or a rate of one: a given function of time."""
-    return input_of(s) is not None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +65,7 @@ class Load(Immutable):
             if V holds rates, speeds or reactions
         """
         potential = as_expr(V)
-        found = [s for s in free_symbols([potential]) if isinstance(s, _MOVING) and not is_given(s)]
+        found = [s for s in free_symbols([potential]) if isinstance(s, _MOVING) and input_of(s) is None]
         expected = "a potential energy of coordinates, parameters and time"
         cure = "What holds rates or speeds is no potential: Load.from_dissipation(R) takes a function of these."
         expect.that(not found, expected, came=lambda: f"{cut(potential)} with {found[0]}", cure=cure)

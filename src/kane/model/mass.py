@@ -13,7 +13,6 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane import expect, show
 from kane.errors import ModelError, cut
@@ -28,6 +27,7 @@ from kane.expr.symbols import Parameter
 from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.constraints import check_unit
 from kane.model.solids import parallel_axis, unit_dyadic
+from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
@@ -182,7 +182,6 @@ def _check_point(point: Any, what: str) -> None:
     expect.instance(point, Point, f"the Point {what}", "Make one with at(…), or take a body's mass_center.")
 
 
-Numbers = npt.NDArray[np.float64]
 Pairs = list[tuple[Expr, Vector]]
 
 
@@ -287,7 +286,7 @@ def _frame_of(inertia: Dyadic, frame: object) -> Frame:
     return frames[0]
 
 
-def _matrix_of_numbers(matrix: Matrix) -> Numbers | None:
+def _matrix_of_numbers(matrix: Matrix) -> Array | None:
     values = [constant_value(x) for x in matrix.entries]
     if any(v is None for v in values):
         return None
@@ -315,7 +314,7 @@ def _of_blocks(matrix: Matrix, frame: Frame, i: int) -> Pairs:
     return [(sub(mean, reach), small), (add(mean, reach), great), (matrix[i, i], units[i])]
 
 
-def _of_numbers(n: Numbers, frame: Frame) -> Pairs:
+def _of_numbers(n: Array, frame: Frame) -> Pairs:
     values, columns = np.linalg.eigh((n + n.T) / 2)
     first, second = (c if c[np.abs(c).argmax()] > 0 else -c for c in columns.T[:2])
     pairs: Pairs = []

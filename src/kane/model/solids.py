@@ -104,10 +104,6 @@ def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
 # Bodies of revolution -----------------------------------------------------------------------------------------------
 
 
-def _ratio(top: int, bottom: int) -> Expr:
-    return constant(top) / constant(bottom)
-
-
 def _frustum(m: Expr, big: Expr, small: Expr, h: Expr) -> tuple[Expr, Expr, Expr]:
     d = big * big + big * small + small * small
     fourth = big**4 + big**3 * small + big**2 * small**2 + big * small**3 + small**4
@@ -121,11 +117,11 @@ _REVOLVED: dict[str, Callable[..., tuple[Any, ...]]] = {
     "thin disk": lambda m, r: (m * r * r / 2, m * r * r / 4),
     "ring": lambda m, r: (m * r * r, m * r * r / 2),
     "rod": lambda m, l: (0, m * l * l / 12),
-    "solid sphere": lambda m, r: (_ratio(2, 5) * m * r * r,) * 2,
-    "spherical shell": lambda m, r: (_ratio(2, 3) * m * r * r,) * 2,
+    "solid sphere": lambda m, r: (constant(2) / 5 * m * r * r,) * 2,
+    "spherical shell": lambda m, r: (constant(2) / 3 * m * r * r,) * 2,
     "solid cylinder": lambda m, r, h: (m * r * r / 2, m * (3 * r * r + h * h) / 12),
     "cylindrical shell": lambda m, r, h: (m * r * r, m * (6 * r * r + h * h) / 12),
-    "solid cone": lambda m, r, h: (_ratio(3, 10) * m * r * r, _ratio(3, 80) * m * (4 * r * r + h * h), h / 4),
+    "solid cone": lambda m, r, h: (constant(3) / 10 * m * r * r, constant(3) / 80 * m * (4 * r * r + h * h), h / 4),
     "torus": lambda m, R, r: (m * (R * R + 3 * r * r / 4), m * (R * R / 2 + 5 * r * r / 8)),
     "frustum": _frustum,
     "hemisphere": lambda m, r: (2 * (m * r * r) / 5, 83 * (m * r * r) / 320, 3 * r / 8),

@@ -52,16 +52,11 @@ def check_inertial(frame: Any) -> None:
     expect.that(isinstance(frame, Frame) and frame.parent is None, "a root frame as the inertial frame", frame, cure)
 
 
-def _check_loads(loads: Iterable[Any]) -> None:
-    """Loads and gravity."""
+def check_matter(bodies: tuple[Body, ...], loads: Iterable[Any]) -> None:
+    """At least one body, no two of one name; loads and gravity."""
     expected = "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …"
     cure = "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector)."
     expect.instances(loads, (Load, Gravity), expected, cure)
-
-
-def check_matter(bodies: tuple[Body, ...], loads: Iterable[Any]) -> None:
-    """At least one body, no two of one name; loads and gravity."""
-    _check_loads(loads)
     expect.that(bodies, "at least one body", came="none: nothing has mass")
     for b in bodies:
         cure = "A point or frame has no mass: make a body of it."

@@ -135,7 +135,11 @@ class Beam(Immutable):
         fields = (*stretched, *sheared, *bent, *axial(name, support, "t", "GJ", GJ, torsion, e1))
         whole = Fields(L, e1, fields, bool(stiffening))
         rotaries = turning(name, rotary, bool(sheared), bent)
-        matter = Matter(section(name, "mass_per_length", mass_per_length), _polar(name, polar, fields), rotaries)
+        expected = f"polar=moment of inertia about the axis per length of {name}, which twists"
+        cure = "For a round section it is mass_per_length times r²/2."
+        expect.that(polar is not None or all(f.stem != "t" for f in fields), expected, came="none", cure=cure)
+        about = None if polar is None else section(name, "polar", polar)
+        matter = Matter(section(name, "mass_per_length", mass_per_length), about, rotaries)
         make = sharing if form == "linearized" else particles
         parts = (*make(name, root, whole, matter), *slices(name, root, frame, whole, matter))
         coordinates = tuple(q for f in fields for q in f.coordinates)
@@ -252,17 +256,6 @@ def _check(name: Any, root: Any, frame: Any, form: Any, stiffening: Any) -> None
     check_connected(root.frame, frame)
     expect.one_of(form, _FORMS, f"form= of {name} to be")
     expect.flag(stiffening, f"stiffening= of {name} to be True or False")
-
-
-def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
-    if polar is None:
-        if any(f.stem == "t" for f in fields):
-            raise ModelError(
-                f"Expected polar=moment of inertia about the axis per length of {name}, which twists, got none. For a round section "
-                "it is mass_per_length times r²/2."
-            )
-        return None
-    return section(name, "polar", polar)
 
 
 _ENOUGH = 10

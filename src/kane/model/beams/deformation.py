@@ -28,7 +28,8 @@ from kane.expr.build import add, div, mul
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
-from kane.model.beams.shape_functions import ModeShapes, taken, together
+from kane.model.beams.shape_functions import GRID, ModeShapes, taken, together
+from kane.model.joints.joint import mirrored
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import QuadratureRule, gauss
 from kane.numeric.rank import singular
@@ -37,7 +38,6 @@ from kane.numeric.scale import EQUAL, STATE_RANK, STEEP, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
-_GRID = np.linspace(0, 1, 101)
 _DEGREE = 64
 """Of the polynomial that a taper is compared with."""
 
@@ -94,9 +94,9 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
     places = sorted({expect.number(x, expected) for x in expect.items(breaks, expected)})
     expect.that(all(0 < x < 1 for x in places), expected, breaks)
     shares = Share(share, tuple(places))
-    along = shares(_GRID)
+    along = shares(GRID)
     if not (along[:-1] > 0).all() or not np.isfinite(along).all() or along[-1] < 0:
-        worst = _GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]
+        worst = GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]
         raise ModelError(
             f"Expected a taper above zero from the root to the tip, got {float(shares(np.array([worst]))[0]):g} at ξ = {worst:g}. The "
             "function gives the share of the value at the root."
@@ -321,18 +321,12 @@ def section_frame(name: str, frame: Frame, whole: Fields, xi: float) -> Frame:
     """The frame of the section at ξ: turned by the slopes of bending, and by the twist."""
     turned = frame
     for f in whole.bending:
-        axis = _within(f.turn.components(frame), turned)  # type: ignore[union-attr]
+        axis = mirrored(f.turn, frame, turned)  # type: ignore[arg-type]
         turned = turned.rotate(f"{name} {f.stem}" if f is not whole.fields[-1] else name, whole.slope(f, xi), axis)
     for f in whole.fields:
         if f.stem == "t":
-            turned = turned.rotate(name, whole.slope(f, xi), _within(f.along.components(frame), turned))
+            turned = turned.rotate(name, whole.slope(f, xi), mirrored(f.along, frame, turned))
     return turned
-
-
-def _within(components: Iterable[Expr], frame: Frame) -> Vector:
-    """The vector with these measure numbers along a frame."""
-    a, b, c = components
-    return frame.x * a + frame.y * b + frame.z * c
 
 
 def combined(numbers: Iterable[float], symbols: Sequence[Expr]) -> Expr:

@@ -49,6 +49,7 @@ from kane.model.beams.deformation import (
 )
 from kane.model.beams.shape_functions import ModeShapes, slopes
 from kane.model.bodies import Part
+from kane.model.joints.joint import mirrored
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, product
 from kane.numeric.sampling import default_of
@@ -148,7 +149,7 @@ def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) 
         section = section_frame(f"{name} section {k}", frame, seen, x)
         dyads = []
         for axis, inertia in about:
-            e = Vector(((section, axis.components(frame)),))
+            e = mirrored(axis, frame, section)
             share = float(w * inertia.share(np.array([x]))[0])
             dyads.append((e * mul(constant(share), mul(inertia.value, whole.length)), e))
         parts.append(Part(section.name, ZERO, root, section, Dyadic(tuple(dyads))))

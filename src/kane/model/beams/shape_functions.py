@@ -183,7 +183,7 @@ FAMILIES: dict[str, ShapeFamily] = {
 
 _DEGREES = (16, 32, 64, 128)
 """Degrees at which a function is interpolated, until its last coefficients are rounding."""
-_GRID = np.linspace(0, 1, 101)
+GRID = np.linspace(0, 1, 101)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +209,7 @@ class ModeShapes(Immutable):
     def at(self, xi: float, order: int = 0) -> Array:
         """The values, or derivatives by ξ, at a place (count); zero where they vanish but for rounding: a pinned tip does not move."""
         values: Array = self.evaluate(np.array([float(xi)]), order)[0]
-        size = np.abs(self.evaluate(_GRID, order)).max(axis=0)
+        size = np.abs(self.evaluate(GRID, order)).max(axis=0)
         return np.where(np.abs(values) > ROUNDED * size, values, 0.0)
 
 
@@ -317,7 +317,7 @@ def _numbers(table: Sequence[Any]) -> list[Array]:
 
 def vanish(shapes: ModeShapes, xi: float, order: int) -> Mask:
     """Which functions (count) vanish at a place, in value (order 0) or slope (1), but for the rounding of tables."""
-    return np.asarray(np.abs(shapes.at(xi, order)) <= SIX_DIGITS * np.abs(shapes.evaluate(_GRID, order)).max(axis=0))
+    return np.asarray(np.abs(shapes.at(xi, order)) <= SIX_DIGITS * np.abs(shapes.evaluate(GRID, order)).max(axis=0))
 
 
 def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:

@@ -348,11 +348,8 @@ def dry_friction(
 
 
 def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:
-    presses, least = (
-        tuple(s for s in free_symbols([size]) if isinstance(s, Reaction)),
-        _above_zero("threshold", threshold),
-    )
-    speed = slip.speed if smooth is None else None
+    presses = tuple(s for s in free_symbols([size]) if isinstance(s, Reaction))
+    speed, least = slip.speed if smooth is None else None, _above_zero("threshold", threshold)
     return replace(load, slip=replace(slip, speed=speed, threshold=least, presses=presses))
 
 
