@@ -224,6 +224,12 @@ def test_scalars_in_lists_of_lists_have_names_of_their_own():
     assert all(c.expr is e for c, e in zip(rows, (q5 - 1, q6 - 2, q4), strict=True))
 
 
+@pytest.mark.parametrize("length", [0, -1.3, kn.parameter("L", -0.5)])
+def test_a_rod_has_a_length_above_zero(length):
+    with pytest.raises(kn.ModelError, match="a length of Q G above zero, got "):
+        kn.distance(Q, G, length)
+
+
 class TestRepr:
     q, a = kn.coordinate("q"), kn.parameter("a")
 

@@ -209,6 +209,18 @@ def test_a_start_in_penetration(gap):
             kn.simulate(eom, (0, 1), q=[0, gap], u=[0, v])
 
 
+def test_modes_of_all_contacts_by_their_names():
+    one = system(*particle())
+    named, numbered = one.in_modes(["stick"]), one.in_modes({"floor": "stick"})
+    assert named.modes == numbered.modes
+    assert [c.name for c in named.constraints] == [c.name for c in numbered.constraints] == ["floor normal", "floor 1"]
+    for wrong in (["stuck"], [77], {"floor": ["stick"]}):
+        with pytest.raises(kn.ModelError, match="a mode of the contact 'floor' among separated, stick"):
+            one.in_modes(wrong)
+    with pytest.raises(kn.ModelError, match="modes of all 1 contacts, got None"):
+        one.in_modes(None)
+
+
 def test_a_start_that_its_mode_does_not_have():
     """Stick is asked for at a slip, or at an open gap."""
     stick = kn.derive(system(*particle()).in_modes({"floor": "stick"}))
@@ -253,6 +265,8 @@ def test_a_clutch_between_frames_that_do_not_turn():
         kn.joints.clutch("clutch", A, B, A.z, 1.0)
     with pytest.raises(kn.ModelError, match="a size ≥ 0 of the contact 'clutch', got -1"):
         kn.joints.clutch("clutch", A, N, N.z, -1.0)
+    with pytest.raises(kn.ModelError, match=r"unit vector as the axis of 'clutch', got 2 N.z of length 2"):
+        kn.joints.clutch("clutch", A, N, 2 * N.z, 1.0)
 
 
 def test_a_gap_of_unlike_units_is_named():

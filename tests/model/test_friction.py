@@ -118,6 +118,7 @@ class TestFriction:
             ((O, 3, 0.3), "Expected the normal force as a reaction, got 3"),
             ((N, pressed(), 0.3), "Expected friction at a Point"),
             ((P, kn.reaction("bare"), 0.3), "Expected along=unit vector"),
+            ((P, pressed(), -0.3), "a coefficient of friction at P at or above zero, got -0.3"),
         ],
     )
     def test_errors(self, given, message):
@@ -217,3 +218,5 @@ class TestDryFriction:
             kn.dry_friction(ball, 1)
         with pytest.raises(kn.ModelError, match="Expected dry friction in a pin or slider joint, got 3"):
             kn.dry_friction(3, 1)
+        with pytest.raises(kn.ModelError, match="a size of dry friction in 'slide' at or above zero, got -2"):
+            kn.dry_friction(kn.slider("slide", O, N, axis=N.x), kn.parameter("size", -2.0))

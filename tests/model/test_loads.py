@@ -82,6 +82,8 @@ def test_a_damper_along_a_track_is_regular_where_its_points_meet():
     assert str(force) == "-c*q2' N.x"
     with pytest.raises(kn.ModelError, match="two points apart for a damper, got X and O in one place"):
         kn.linear_damper(O.at("X", 0), O, c)
+    with pytest.raises(kn.ModelError, match="two points apart for a spring, got X and O in one place"):
+        kn.linear_spring(O.at("X", 0), O, c, 0.2)
 
 
 def test_torsional():

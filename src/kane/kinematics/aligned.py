@@ -98,13 +98,8 @@ def times(a: Array, b: Array) -> Array:
 
 def exact(cosines: Array) -> Cosines:
     """The entries as expressions."""
-    a, b, c = ((_as_expr(x), _as_expr(y), _as_expr(z)) for x, y, z in cosines.tolist())
+    a, b, c = (triple(map(as_expr, row)) for row in cosines.tolist())
     return a, b, c
-
-
-def _as_expr(x: Angle) -> Expr:
-    """A number as an expression."""
-    return constant(x) if isinstance(x, float) else as_expr(x)
 
 
 def turn_about(axis: int, angle: Angle) -> Array:

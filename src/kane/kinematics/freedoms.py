@@ -18,7 +18,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.speeds import Row, ScalarForm, Speeds
 from kane.kinematics.velocities import Kinematics
 from kane.space.rotation import NOTHING, UNITS, Triple
-from kane.tree.triples import is_zero
+from kane.tree.triples import is_zero, triple
 
 
 class Unsuited(Exception):
@@ -60,8 +60,8 @@ class Forms(NamedTuple):
     `shared` are the rows in rates by which other segments move, too, if there are any.
     """
 
-    forms: tuple[ScalarForm, ScalarForm, ScalarForm]
-    rates: tuple[Affine, Affine, Affine]
+    forms: tuple[ScalarForm, ...]
+    rates: Sequence[Affine]
     is_new: bool
     shared: tuple[Row, ...] = ()
 
@@ -91,13 +91,13 @@ class Stages:
         if is_zero(rates):
             return None
         speeds = self.kinematics.speeds
-        a, b, c = speeds.in_rates(rates)
-        x, y, z = speeds.form(*a), speeds.form(*b), speeds.form(*c)
-        rows = [form.coefficients for form in (x, y, z) if form.coefficients]
+        affine = speeds.in_rates(rates)
+        forms = tuple(speeds.form(*x) for x in affine)
+        rows = [form.coefficients for form in forms if form.coefficients]
         new = [[(u, c) for u, c in row.items() if u not in self.users] for row in rows]
         firsts = {own[0][0] for own in new if len(own) == 1 and is_constant_in_time([own[0][1]])}
-        own = tuple({s: k for s, k in row.items() if s in self.shared} for row, _ in (a, b, c)) if self.shared else ()
-        return Forms((x, y, z), (a, b, c), len(firsts) == len(new), own if any(own) else ())
+        own = tuple({s: k for s, k in row.items() if s in self.shared} for row, _ in affine) if self.shared else ()
+        return Forms(forms, affine, len(firsts) == len(new), own if any(own) else ())
 
     def take(self, *raw: Forms | None) -> None:
         """What a segment moves by."""
@@ -109,16 +109,14 @@ class Stages:
         """The freedoms of forms: one an axis, or one a speed or a rate that nothing else moves by; of rates where asked for."""
         if raw is None:
             return Shift()
-        a, b, c = (form.total() for form in raw.forms)
+        total = triple(form.total() for form in raw.forms)
         freedoms = None if by_rates or raw.shared else self._by_speeds(raw)
         if freedoms is not None:
-            drift = self.kinematics.drift
-            return Shift(freedoms, (a, b, c), (drift(a), drift(b), drift(c)), raw.forms)
+            return Shift(freedoms, total, triple(map(self.kinematics.drift, total)), raw.forms)
         freedoms = self._by_rates(raw)
         if freedoms is None:
             raise Unsuited(_SPEEDS)
-        x, y, z = (self._swing(form) for form in raw.rates)
-        return Shift(freedoms, (a, b, c), (x, y, z), raw.forms, _shared(raw))
+        return Shift(freedoms, total, triple(map(self._swing, raw.rates)), raw.forms, _shared(raw))
 
     def coupled(self, spin: Forms, slide: Forms) -> tuple[Shift, Shift]:
         """A turn and a slide by the same rates, which the turn has."""

@@ -10,7 +10,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
-from kane.expr.build import sub
 from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
@@ -20,7 +19,7 @@ from kane.model.bodies import Part, deforming, parts_of
 from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
 from kane.space.frame import Frame, Point
-from kane.space.rotation import Basis
+from kane.space.rotation import Basis, turned_beyond
 from kane.space.vector import Parts, Vector, angular_velocity
 
 
@@ -346,7 +345,5 @@ def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | Non
 
 def turn_alike(a: Basis, b: Basis) -> bool:
     """Whether two are turned about one axis of one base by angles that differ by a constant."""
-    o, p = a.orientation, b.orientation
-    if o is None or p is None or o.axis is None or (o.base, o.axis) != (p.base, p.axis):
-        return False
-    return o.angle is not None and p.angle is not None and is_constant_in_time([sub(o.angle, p.angle)])
+    angle = turned_beyond(a, b)
+    return angle is not None and is_constant_in_time([angle])

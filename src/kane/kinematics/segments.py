@@ -25,10 +25,10 @@ from kane.kinematics.links import Link, Tree, homes_of, turn_alike
 from kane.kinematics.speeds import measured
 from kane.kinematics.velocities import Kinematics
 from kane.space.frame import Point
-from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
+from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path, turned_beyond
 from kane.space.vector import Parts, Vector
 from kane.tree.sweeps import Segment, Stage
-from kane.tree.triples import Turn, Turns, along, is_zero, summed, turned_down
+from kane.tree.triples import Turn, Turns, along, is_zero, summed, triple, turned_down
 from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Reflected, Rigid, SpatialForce, SpatialInertia
 
 
@@ -123,10 +123,10 @@ def _turns_between(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> t
 
 def _between(a: Basis, b: Basis) -> _Turning | None:
     """The turn from one basis to another, both turned about one axis of their base."""
-    o, p = b.orientation, a.orientation
-    if o is None or p is None or o.axis is None or o.axis != p.axis or o.angle is None or p.angle is None:
+    angle = turned_beyond(b, a)
+    if angle is None or b.orientation is None or b.orientation.axis is None:
         return None
-    difference = about_axis(a, o.axis, sub(o.angle, p.angle))
+    difference = about_axis(a, b.orientation.axis, angle)
     return _Turning(Turn(AlignedBasis(b.name, difference, {})), b, difference.rates)
 
 
@@ -167,7 +167,7 @@ class _Maker:
         base = self.basis[parent]
         up, down = path(link.basis, base)
         offset = link.offset.components(base)
-        rates = (time_derivative(offset[0]), time_derivative(offset[1]), time_derivative(offset[2]))
+        rates = triple(map(time_derivative, offset))
         arm = summed(offset, self.steps[parent].shift)  # which is still, and long where parameters turn link after link
         if alike and not is_zero(rates):
             parent, arm = self._slid(parent, arm, rates, base)
@@ -207,10 +207,10 @@ class _Maker:
             number = self._append(JointStep(parent, (), arm, None), base, slide=self.stages.raw(rates))
             self.shared[parent, rates] = number, arm
         number, before = self.shared[parent, rates]
-        x, y, z = map(sub, arm, before)
-        if not is_constant_in_time((x, y, z)):
+        beyond = triple(map(sub, arm, before))
+        if not is_constant_in_time(beyond):
             raise Unsuited(_SHARED)
-        return number, (x, y, z)
+        return number, beyond
 
     def _coaxial(self, parent: int, f: Basis) -> bool:
         """Whether a basis turns on in the basis in which the parent turns, about a parallel axis."""

@@ -35,7 +35,6 @@ from kane.numeric.scale import SIX_DIGITS
 from kane.space.frame import Point
 from kane.space.rotation import Basis, Triple
 from kane.space.vector import Parts, Vector, angular_velocity, axes
-from kane.tree.triples import is_zero
 
 Row = Mapping[Expr, Expr]
 
@@ -357,11 +356,10 @@ class Sample:
         return [(int(count), bool(every)) if known else (3, True) for count, every, known in told]
 
 
-Forms = tuple[ScalarForm, ScalarForm, ScalarForm]
+Forms = Sequence[ScalarForm]
+"""Of three measure numbers."""
 Match = tuple[Basis, Forms]
 """The frame, and the measure numbers along it."""
-
-_NO_FORM = ScalarForm({}, ZERO)
 
 
 @dataclass(frozen=True, eq=False)
@@ -387,7 +385,7 @@ class Matching:
 
     def forms(self, rates: Triple) -> Forms:
         """Three scalars affine in the rates, in speeds."""
-        return self._held(self._forms(rates))
+        return self._held(self.speeds.forms(rates))
 
     def match(self, place: Basis | Point) -> Match | None:
         """The velocity of a point, or the angular velocity of a frame, along a frame in which it is made of rows of Y."""
@@ -400,14 +398,7 @@ class Matching:
         gone = self.vanishing
         if gone.isdisjoint(u for f in forms for u in f.coefficients):
             return forms
-        a, b, c = (f._replace(coefficients={u: x for u, x in f.coefficients.items() if u not in gone}) for f in forms)
-        return (a, b, c)
-
-    def _forms(self, rates: Triple) -> Forms:
-        if is_zero(rates):
-            return (_NO_FORM, _NO_FORM, _NO_FORM)
-        a, b, c = self.speeds.forms(rates)
-        return (a, b, c)
+        return [f._replace(coefficients={u: x for u, x in f.coefficients.items() if u not in gone}) for f in forms]
 
     def _rotation(self, frame: Basis) -> Match | None:
         """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
@@ -443,10 +434,10 @@ class Matching:
         """The measure numbers of `v` along `frame`, in two ways where they differ, the second where it is asked for."""
         ways = measured(v, frame)
         first = next(ways)
-        yield self._forms(first)
+        yield self.speeds.forms(first)
         for second in ways:
             if any(x is not y for x, y in zip(first, second, strict=True)):
-                yield self._forms(second)
+                yield self.speeds.forms(second)
 
 
 def measured(v: Vector, frame: Basis) -> Iterator[Triple]:

@@ -265,7 +265,7 @@ class Kinematics:
             arm, forms = Vector(((f, r),)), None
             rest = _swept(partials, rest, spin, arm)
             if point.body is None and _moves(r):
-                forms = self.matching.forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
+                forms = self.matching.forms(triple(map(time_derivative, r)))
                 slide, slide_rest = self._vectors(forms, f)
                 for s, v in slide.items():
                     _accumulate(partials, s, v)

@@ -84,11 +84,6 @@ def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
     return (part for body in bodies for part in body.parts())
 
 
-def extended(bodies: Iterable[Body]) -> list[tuple[str, Frame, Dyadic]]:
-    """Name, frame and inertia of the parts that have both."""
-    return [(x.name, x.frame, x.inertia) for x in parts_of(bodies) if x.frame and x.inertia]
-
-
 def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
     """The bodies with coordinates of their own."""
     return _deforming(tuple(bodies))
@@ -102,11 +97,6 @@ def _deforming(bodies: tuple[Body, ...]) -> tuple[Deforming, ...]:
 def _deforms(body: Body) -> TypeGuard[Deforming]:
     """Whether it is one of those; a look at all that a protocol asks for takes long, and most lack the first."""
     return hasattr(type(body), "own_loads") and isinstance(body, Deforming)
-
-
-def rigid(bodies: Iterable[Body]) -> tuple[Body, ...]:
-    """The others."""
-    return tuple([body for body in bodies if not _deforms(body)])
 
 
 def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:
@@ -292,9 +282,10 @@ def largest_moment(part: Part, constants: Mapping[Expr, float]) -> float:
     return float(found[-1]) if found is not None else 0.0 if part.inertia is None else 1.0
 
 
-def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -> None:
-    """Warn of bodies with a moment of inertia about one axis alone that turn about another one too: no body has such."""
-    turning = [name for name, frame, inertia in parts if _turns_off_its_axis(inertial, frame, inertia)]
+def check_turning(inertial: Basis, bodies: Iterable[Body]) -> None:
+    """Warn of rigid bodies with a moment of inertia about one axis alone that turn about another one too: no body has such."""
+    parts = parts_of(b for b in bodies if not _deforms(b))
+    turning = [x.name for x in parts if x.frame and x.inertia and _turns_off_its_axis(inertial, x.frame, x.inertia)]
     if turning:
         warn(
             f"Expected moments of inertia about all axes for {', '.join(turning)}, got one about a single axis, of what turns about "

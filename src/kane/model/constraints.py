@@ -31,7 +31,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Rate, Reaction, Speed, Time, input_of
-from kane.numeric.sampling import SEED, sample
+from kane.numeric.sampling import SEED, default_of, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Parts, Vector
@@ -217,6 +217,8 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
     """
     _points("hold at a distance", p, q)
     r, size = p.position(q), as_expr(length)
+    given = default_of(size)
+    expect.that(given is None or given > 0, f"a length of {p.name} {q.name} above zero", came=f"{given}")
     moving = (s for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None)
     expected = f"a length of {p.name} {q.name} in parameters, inputs and time"
     came, cure = (

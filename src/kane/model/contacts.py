@@ -39,8 +39,8 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Rate, Reaction, word
 from kane.expr.visit import substituted
-from kane.model.constraints import Constraint, configuration_constraint, motion_constraint, reaction
-from kane.model.joints.contact import Contact
+from kane.model.constraints import Constraint, check_unit, configuration_constraint, motion_constraint, reaction
+from kane.model.joints.contact import Contact, not_negative
 from kane.model.joints.joint import Joint
 from kane.numeric.sampling import default_of
 from kane.space.frame import Frame, Point, frames_of
@@ -283,8 +283,7 @@ def _law(
         static = _coefficient(name, "static=", friction.static)
     e, viscous = _coefficient(name, "restitution=", restitution), _coefficient(name, "viscous=", friction.viscous)
     check_numbers(name, *(default_of(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
-    drag = default_of(viscous)
-    expect.that(drag is None or drag >= 0, f"viscous= of {name!r} at or above zero", came=f"{drag}")
+    not_negative(viscous, f"viscous= of {name!r}")
     expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
     smooth = kinetic is ZERO and static is ZERO and viscous is ZERO
     rows = () if smooth else tuple(c for c in slips if c.expr is not ZERO)
@@ -515,9 +514,7 @@ def capstan(
     """
     through = _rope_points(name, points)
     expect.that(drum in through[1:-1], f"the drum of {name!r} among the points between the rope's ends", drum)
-    wound = as_expr(angle)
-    given = default_of(wound)
-    expect.that(given is None or given >= 0, f"an angle of {name!r} at or above zero", came=f"{given}")
+    wound = not_negative(angle, f"an angle of {name!r}")
 
     def pressed(x: Any) -> Expr:
         """2 tanh(μ θ/2)."""
@@ -622,6 +619,7 @@ def clutch(
     """
     for x in (frame, other):
         expect.instance(x, Frame, f"two frames of {name!r}")
+    check_unit(axis, f"axis of {name!r}")
     rate = frame.angular_velocity(other).dot(axis)
     expect.that(rate is not ZERO, f"frames of {name!r} that turn about {axis}", came="none of their rates in it")
     row = replace(motion_constraint(name, rate), torques=((frame, axis), (other, -axis)), unit="N*m")
@@ -677,19 +675,24 @@ def laws_of(contacts: Sequence[ContactLaw]) -> list[Expr]:
 def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
     """The modes of all contacts, in order, of those that are given by contact or name."""
     if not isinstance(given, Mapping):
-        every = tuple(ContactMode(m) for m in given)
-        expect.that(len(every) == len(contacts), f"modes of all {len(contacts)} contacts", came=str(len(every)))
-        return every
-    names = {c.name: c for c in contacts}
+        modes = expect.items(given, f"modes of all {len(contacts)} contacts")
+        expect.that(len(modes) == len(contacts), f"modes of all {len(contacts)} contacts", came=str(len(modes)))
+        return tuple(_mode(c.name, m) for c, m in zip(contacts, modes, strict=True))
+    names = [c.name for c in contacts]
     told: dict[str, ContactMode] = {}
     for key, mode in given.items():
         name = key.name if isinstance(key, ContactLaw) else key
         expect.that(name in names, f"contacts among {', '.join(names) or 'none'}", key)
-        kinds = {m.name.lower(): m for m in ContactMode}
-        right = isinstance(mode, ContactMode) or mode in kinds
-        expect.that(right, f"a mode of the contact {name!r} among {', '.join(kinds)}", mode)
-        told[name] = mode if isinstance(mode, ContactMode) else kinds[mode]
+        told[name] = _mode(name, mode)
     return tuple(_mode_of(c, told) for c in contacts)
+
+
+def _mode(name: str, given: Any) -> ContactMode:
+    """A mode, by itself, its number or its name."""
+    found = [m for m in ContactMode if given in (m.name.lower(), m.value)]
+    among = ", ".join(m.name.lower() for m in ContactMode)
+    expect.that(found, f"a mode of the contact {name!r} among {among}", given)
+    return found[0]
 
 
 def _mode_of(c: ContactLaw, told: Mapping[str, ContactMode]) -> ContactMode:

@@ -11,7 +11,7 @@ from typing import Any
 from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, input_of
 from kane.model.bodies import Body
@@ -185,7 +185,8 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
     """
     _between("spring", a, b, Point)
     r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)
-    if free is as_expr(0):
+    _check_apart("spring", a, b, r)
+    if free is ZERO:
         pull, potential = r * -k, k * r.dot(r) / 2
     else:
         length = r.magnitude()
@@ -194,12 +195,16 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
     return replace(spring, potential=potential) if is_constant_in_time((k, free)) else spring
 
 
+def _check_apart(what: str, a: Point, b: Point, r: Vector) -> None:
+    came = f"{a.name} and {b.name} in one place"
+    expect.that(not r.is_zero, f"two points apart for a {what}", came=came, cure="Name another point.")
+
+
 def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     """Damper between two points: force c d|r|/dt against the change of their distance."""
     _between("damper", a, b, Point)
     r = a.position(b)
-    came = f"{a.name} and {b.name} in one place"
-    expect.that(not r.is_zero, "two points apart for a damper", came=came, cure="Name another point.")
+    _check_apart("damper", a, b, r)
     root, r = a.root().frame, r.gathered()
     # Times |r|: without a root, |r| cancels where r keeps its direction.
     speed = (a.velocity(root) - b.velocity(root)).dot(r)

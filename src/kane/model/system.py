@@ -39,7 +39,7 @@ from kane.expr.symbols import (
 )
 from kane.expr.visit import substituted
 from kane.model import system_checks
-from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
+from kane.model.bodies import Body, Deforming, Part, RigidBody, brought_loads, check_turning, deforming, parts_of
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.contact_modes import additions
 from kane.model.contacts import ContactLaw, ContactMode, contact_rows, given_modes, laws_of
@@ -59,7 +59,7 @@ from kane.model.declarations import (
     ordered_coordinates,
     speed_definitions,
 )
-from kane.model.joints.joint import Joint, Moves
+from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
 from kane.model.system_checks import check_states, listed, state_rates, warn_of_doubts
 from kane.model.unit_checks import check_units
@@ -244,7 +244,7 @@ def _check_whole(system: System, symbols: Sequence[Symbol]) -> None:
     check_actions(system)
     check_units(system, symbols)
     warn_of_doubts(system.inertial, tuple(parts_of(system.bodies)), system.gravities, system.constraints)
-    check_turning(system.inertial, extended(rigid(system.bodies)))
+    check_turning(system.inertial, system.bodies)
 
 
 _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")
@@ -403,7 +403,9 @@ def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -
     return replace(load, forces=tuple(forces), torques=tuple(torques))
 
 
-def _with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Moves]) -> Mapping[Speed, Any] | str:
+def _with_joints(
+    speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint | Deforming]
+) -> Mapping[Speed, Any] | str:
     """The definitions of the speeds: the joints' own, or those of their rates in `speeds`, joint by joint, then the others."""
     if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
         return speeds  # what is no mapping is refused where the definitions are read

@@ -293,16 +293,20 @@ def _between(up: Sequence[Basis], down: Sequence[Basis]) -> Orientation | None:
     """
     if not up or not down:
         return None
-    a, b = up[-1].orientation, down[0].orientation
+    angle = turned_beyond(up[-1], down[0])
+    if angle is None or (angle.args[0] if angle.op is NEG else angle).op is SUB:
+        return None
+    a = up[-1].orientation
     assert a is not None
-    assert b is not None
-    if a.axis is None or a.axis != b.axis or a.angle is None or b.angle is None:
-        return None
-    angle = sub(a.angle, b.angle)
-    size = angle.args[0] if angle.op is NEG else angle
-    if size.op is SUB:
-        return None
     return Orientation(a.base, NOTHING, axis=a.axis, c=cos(angle), s=sin(angle), angle=angle)
+
+
+def turned_beyond(b: Basis, a: Basis) -> Expr | None:
+    """The angle by which `b` is turned beyond `a`, where both are turned about one basis axis of one base."""
+    o, p = b.orientation, a.orientation
+    if o is None or p is None or o.axis is None or (o.base, o.axis) != (p.base, p.axis):
+        return None
+    return None if o.angle is None or p.angle is None else sub(o.angle, p.angle)
 
 
 def single(v: Triple) -> int | None:

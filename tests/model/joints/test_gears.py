@@ -114,6 +114,12 @@ def test_gears_on_a_carrier_that_moves_freely(seed):
     np.testing.assert_allclose(drift, second, atol=1e-12)
 
 
+def test_a_pinion_turns_about_a_unit_vector():
+    sides = (N.rotate("W", kn.coordinate("turn"), N.z), O), kn.slider("rail", O, N, axis=N.x)
+    with pytest.raises(kn.ModelError, match=r"axis of the pinion of 'rack', got 2 N.z of length 2"):
+        kn.rack_and_pinion("rack", *sides, radius=0.2, axis=2 * N.z)
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_rack_and_pinion_on_the_ground(sign):
     """(J + m r²) α = T; the tooth force accelerates the rack; turning about +z moves it along `along`."""

@@ -26,7 +26,7 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, check_unit, cut_of, home_of, rolling, touching
 from kane.model.joints.joint import Joint, check_attachment, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
-from kane.numeric.sampling import SEEDS, finite_number, sample
+from kane.numeric.sampling import SEEDS, default_of, finite_number, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.rotation import single
@@ -290,6 +290,7 @@ def friction(
     expect.instance(point, Point, "friction at a Point", "Make the particle in contact with fixed_in(…).")
     cure = "Bring it into evidence: kn.reaction(name, at=…, along=…)."
     expect.instance(normal, Reaction, "the normal force as a reaction", cure)
+    share = not_negative(mu, f"a coefficient of friction at {point.name}")
     if along is None:
         place = cut_of(normal)
         if place is None:
@@ -302,7 +303,7 @@ def friction(
     slip = v.reject(along)
     eps = _above_zero("smooth", smooth)
     regular = None if eps is None else sqrt(add(slip.dot(slip), mul(as_expr(eps), as_expr(eps))))
-    force = (slip.normalized() if regular is None else slip / regular) * (-as_expr(mu) * normal)
+    force = (slip.normalized() if regular is None else slip / regular) * (-share * normal)
     name = name or f"friction on {point.name}"
     load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)
     rolls = any(p.body is not None and not p.offset.dt(p.body).is_zero for p in (point, against) if p is not None)
@@ -336,15 +337,23 @@ def dry_friction(
         cure = "Write the load with kn.torque_pair."
         raise expect.refusal(ModelError, "dry friction in a pin or slider joint", what, cure)
     rate = (joint.angular_velocity if kind == "pin" else joint.velocity).dot(joint.axis)
-    eps = _above_zero("smooth", smooth)
+    most, eps = not_negative(size, f"a size of dry friction in {joint.name!r}"), _above_zero("smooth", smooth)
     sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))
-    load, name = joint.axis * (-as_expr(size) * sense), name or f"dry friction in {joint.name}"
+    load, name = joint.axis * (-most * sense), name or f"dry friction in {joint.name}"
     pair = (
         torque_pair(joint.frame, joint.parent, load, name)
         if kind == "pin"
         else action_reaction(joint.point, joint.at, load, name)
     )
-    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), as_expr(size), threshold, smooth)
+    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), most, threshold, smooth)
+
+
+def not_negative(given: Any, expected: str) -> Expr:
+    """An expression that is at or above zero where parameters have their defaults."""
+    e = as_expr(given)
+    value = default_of(e)
+    expect.that(value is None or value >= 0, f"{expected} at or above zero", came=f"{value}")
+    return e
 
 
 def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:

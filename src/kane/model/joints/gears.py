@@ -193,6 +193,7 @@ def rack_and_pinion(
     pairs = ((pinion, "pin"), (rack, "slider"))
     wheel, bar = (_side(name, x, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)") for x, kind in pairs)
     r = as_expr(radius)
+    check_unit(n, f"axis of the pinion of {name!r}")
     if abs(numbers([n.dot(d)])[0]) > DECLARED:
         raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
     arm = d.cross(n) * r

@@ -8,7 +8,7 @@ by name are angles in rad, lengths in m, and their rates.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 from kane import expect
 from kane.errors import ModelError, UnitError, cut
@@ -245,14 +245,3 @@ def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vect
 def mirrored(v: Vector, frame: Frame, other: Frame) -> Vector:
     """The vector with the same measure numbers in the other frame."""
     return Vector(((other, v.components(frame)),))
-
-
-class Moves(Protocol):
-    """A joint, or a body that deforms: speeds with their definitions."""
-
-    @property
-    def speeds(self) -> Mapping[Speed, Expr]:
-        """The speeds with their definitions."""
-
-    def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
-        """Whether some of the definitions hold a rate of it."""
