@@ -230,6 +230,19 @@ def test_a_rod_has_a_length_above_zero(length):
         kn.distance(Q, G, length)
 
 
+@pytest.mark.parametrize(
+    ("across", "message"),
+    [
+        ((N.x, N.y), "perpendicular to N.x, got N.x"),
+        ((N.y, -N.y), "not along each other"),
+        ((N.y, 2 * N.z), "unit vector as the direction across"),
+    ],
+)
+def test_what_is_no_direction_across(across, message):
+    with pytest.raises(kn.ModelError, match=message):
+        kn.parallel(B.z, N.x, across=across)
+
+
 class TestRepr:
     q, a = kn.coordinate("q"), kn.parameter("a")
 

@@ -87,3 +87,5 @@ def test_errors():
         kn.line_load(B, N, B.x, B.y)
     with pytest.raises(kn.ModelError, match="across="):
         kn.pressure_on_disk(B, P, (B.x + B.y + B.z) / kn.sqrt(3), 1, 1)
+    with pytest.raises(kn.ModelError, match="across= in the disk across its normal"):
+        kn.pressure_on_disk(B, P, B.z, 1, 1, across=(B.x + B.z) / kn.sqrt(2))

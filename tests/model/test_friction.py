@@ -124,6 +124,8 @@ class TestFriction:
     def test_errors(self, given, message):
         with pytest.raises(kn.ModelError, match=message):
             kn.friction(*given)
+        with pytest.raises(kn.ModelError, match="the particle that it slides on as a Point, got 5"):
+            kn.friction(P, pressed(), 0.3, against=5)
         with pytest.raises(kn.ModelError, match="Expected threshold > 0"):
             kn.friction(P, pressed(), 0.3, threshold=0)
 

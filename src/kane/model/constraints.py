@@ -248,7 +248,13 @@ def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
 def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str = "") -> tuple[Constraint, Constraint]:
     """Unit vectors stay parallel: `a` stays perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
     label = name or f"{a} ∥ {b}"
-    first, second = expect.pair(across, f"across=two unit vectors for {label!r}")
+    expected = f"across=two unit vectors for {label!r}"
+    first, second = expect.pair(across, expected)
+    check_unit(b, f"direction of {label!r}")
+    for v in (first, second):
+        check_unit(v, f"direction across {label!r}")
+        expect.that(is_unit(b.cross(v)), f"{expected}, perpendicular to {b}", v)
+    expect.that(length(first.cross(second)) > DECLARED, f"{expected}, not along each other", across)
     return perpendicular(a, first, name=f"{label} 1"), perpendicular(a, second, name=f"{label} 2")
 
 

@@ -24,7 +24,7 @@ from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.model.bodies import Body, Part
-from kane.model.constraints import check_unit
+from kane.model.constraints import check_unit, is_unit
 from kane.model.joints.gears import length_along
 from kane.model.loads import Load
 from kane.model.mass import parts_listed
@@ -220,6 +220,7 @@ def pressure_on_disk(
     check_unit(normal, "normal of the disk")
     x = across if across is not None else _across(frame, normal)
     check_unit(x, "direction across the normal")
+    expect.that(is_unit(normal.cross(x)), f"across= in the disk across its normal {normal}", x)
     y, r = normal.cross(x), as_expr(radius)
     # ∫ f ρ dρ over the radius; equidistant angles are exact for trigonometric polynomials of lower degree
     rule, turns = [(constant(x), constant(w * x)) for x, w in zip(*gauss(_points(degree) + 1), strict=True)], degree + 2

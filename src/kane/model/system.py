@@ -320,15 +320,9 @@ def placed(items: Iterable[Any]) -> Load:
 
 def _moving(speeds: Mapping[Speed, Any] | str) -> list[Symbol]:
     """The coordinates whose rates the definitions of speeds hold."""
-    if not isinstance(speeds, Mapping):
-        return []
-    found: dict[Symbol, None] = {}
-    for s in free_symbols(x for x in speeds.values() if hasattr(x, "op")):
-        if isinstance(s, Rate) and isinstance(s.place, Coordinate):
-            found[s.place] = None
-        elif isinstance(s, QuasiRate) and isinstance(s.place, tuple):
-            found.update((e, None) for e in s.place if isinstance(e, Coordinate))
-    return list(found)
+    held = free_symbols(x for x in speeds.values() if hasattr(x, "op")) if isinstance(speeds, Mapping) else ()
+    places = [s.place if isinstance(s, QuasiRate) else (s.place,) for s in held if isinstance(s, Rate | QuasiRate)]
+    return [q for place in places if isinstance(place, tuple) for q in place if isinstance(q, Coordinate)]
 
 
 Pulls = list[tuple[Coordinate | QuasiRate, Expr]]

@@ -16,7 +16,7 @@ from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.bodies import deforming, parts_of
 from kane.model.constraints import cut_of
-from kane.model.declarations import Declarations, EndOfMode, Event, target
+from kane.model.declarations import Declarations, EndOfMode, target
 from kane.space.frame import Point
 from kane.units.rules import ANY, NUMBER, ONE, Known, Unit, conflict, infer, parse, spelled, unit_of
 
@@ -172,14 +172,10 @@ def _of_events(system: Declarations) -> Iterator[Quantity]:
         yield f"the gap of the contact {c.name!r}", None, () if c.gap is None else (c.gap.expr,)
     for event in (e for e in system.events if not isinstance(e, EndOfMode)):
         yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
-        yield from _made(system, event)
-
-
-def _made(system: Declarations, event: Event) -> Iterator[Quantity]:
-    for key, value in event.then.items() if isinstance(event.then, Mapping) else ():
-        unit = target(system, event, key).unit
-        made = (value,) if isinstance(value, Expr) else ()
-        yield f"what the event {event.name!r} makes of {key}", parse(unit) if unit else None, made
+        for key, value in event.then.items() if isinstance(event.then, Mapping) else ():
+            unit = target(system, event, key).unit
+            made = (value,) if isinstance(value, Expr) else ()
+            yield f"what the event {event.name!r} makes of {key}", parse(unit) if unit else None, made
 
 
 def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:

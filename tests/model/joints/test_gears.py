@@ -226,3 +226,34 @@ def test_a_line_of_centres_that_turns_round():
         )
     np.testing.assert_allclose(found[0], found[1], atol=1e-12)
     assert found[0][0] == pytest.approx(5 / (0.03 + 0.5 / 4))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (lambda a, b, s: kn.gear_pair("g", a, b, teeth=(1, 1)), "pin joint 'b' whose axis is along N.z, or against it"),
+        (
+            lambda a, b, s: kn.rack_and_pinion("g", a, s, radius=0.2, along=N.x),
+            "slider joint 's' whose axis is along N.x",
+        ),
+        (
+            lambda a, b, s: kn.rack_and_pinion("g", a, s, radius=0.2, axis=N.x, along=N.z),
+            "pin joint 'a' whose axis is along N.x",
+        ),
+        (
+            lambda a, b, s: kn.bevel_pair("g", a, a, teeth=(1, 1), radius=0.2, axes=(N.y, N.x)),
+            "joint 'a' whose axis is along N.y",
+        ),
+    ],
+)
+def test_gears_turn_about_the_axes_of_their_joints(mesh, message):
+    """A configuration constraint of coordinates about other axes would not be what the teeth do."""
+    a, b = kn.pin("a", O, N, axis=N.z), kn.pin("b", O.at("B", N.y), N, axis=N.x)
+    with pytest.raises(kn.ModelError, match=message):
+        mesh(a, b, kn.slider("s", O.at("rail", N.y), N, axis=N.z))
+
+
+def test_gears_about_an_axis_without_numbers():
+    n = kn.parameter("n1") * N.x + kn.parameter("n2") * N.z
+    a, b = (kn.pin(name, at, N, axis=n) for name, at in (("a", O), ("b", O.at("B", 2 * N.y))))
+    assert kn.gear_pair("g", a, b, teeth=(1, 3), axis=-n).kind == "configuration"

@@ -4,9 +4,9 @@
 A row of `FAMILIES` gives the functions of one family as a function of ξ (m) and the order of the derivative, (m × n).
 Eigenfunctions of bending have ∫ φ² dξ = 1; their eigenvalues β solve the transcendental equations of Blevins (1979), table 8-1.
 What grows as cosh β is written by exponentials that do not.
-
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -134,10 +134,9 @@ def _polynomials(power: int) -> Callable[[int], Evaluate]:
             total = np.zeros((*np.shape(x), n))
             factor = Polynomial([0] * power + [1])
             for k in range(order + 1):
-                weight = float([1, order, order * (order - 1) // 2][k]) if k < 3 else 0.0
                 own = factor.deriv(k)(x) if k else factor(x)
                 rest = np.array([(p.deriv(order - k) if order > k else p)(x) for p in series])
-                total = total + weight * (own * rest).T
+                total = total + math.comb(order, k) * (own * rest).T
             return total
 
         return evaluate

@@ -298,6 +298,8 @@ def friction(
                 f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not say it."
             )
         along = place.along
+    if against is not None:
+        expect.instance(against, Point, "the particle that it slides on as a Point", "Make it with fixed_in(…).")
     root = point.root().frame
     v = point.velocity(root) if against is None else point.velocity(root) - against.velocity(root)
     slip = v.reject(along)

@@ -22,7 +22,7 @@ from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.model.constraints import Constraint, check_unit, no_slip
-from kane.model.joints.joint import Joint, is_along, numbers
+from kane.model.joints.joint import Joint, numbers
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -37,11 +37,21 @@ class _GearSide(NamedTuple):
     center: Point
     joint: Joint | None
 
+    def is_along(self, axis: Vector) -> bool:
+        """Whether the axis of the joint is along a unit vector, or against it; a ModelError where it is neither."""
+        assert self.joint is not None
+        off = self.joint.axis.cross(axis)
+        across, along = numbers([off.dot(off), self.joint.axis.dot(axis)])
+        expected = f"a {self.joint.kind} joint {self.joint.name!r} whose axis is along {axis}, or against it"
+        came, cure = f"one along {self.joint.axis}", "Exchange either."
+        expect.that(across <= (DECLARED * along) ** 2, expected, came=came, cure=cure)
+        return along > 0
+
     def moved(self, axis: Vector) -> Expr:
-        """The coordinate of the joint about, or along, a vector that its axis is along or against."""
+        """The coordinate of the joint about, or along, a unit vector."""
         assert self.joint is not None
         q = self.joint.coordinates[0]
-        return q if is_along(self.joint.axis, axis) else -q
+        return q if self.is_along(axis) else -q
 
 
 def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> _GearSide:
@@ -121,8 +131,8 @@ def gear_pair(
     def angles() -> Expr:
         assert first.joint is not None
         assert second.joint is not None
-        forward = is_along(first.joint.axis, n)
-        alike = forward == is_along(second.joint.axis, n)
+        forward = first.is_along(n)
+        alike = forward == second.is_along(n)
         turn = second.joint.coordinates[0] if alike != internal else -second.joint.coordinates[0]
         f = add(mul(r_a, sub(first.joint.coordinates[0], as_expr(phase))), mul(r_b, turn))
         return f if forward else -f
@@ -201,7 +211,7 @@ def rack_and_pinion(
     def advance() -> Expr:
         assert wheel.joint is not None
         turn = sub(wheel.joint.coordinates[0], as_expr(phase))
-        return sub(mul(r, turn if is_along(wheel.joint.axis, n) else -turn), bar.moved(d))
+        return sub(mul(r, turn if wheel.is_along(n) else -turn), bar.moved(d))
 
     return _meshing(name, wheel, bar, (arm, wheel.center.position(bar.center) + arm), d, advance)
 

@@ -215,16 +215,11 @@ def across(axis: Vector, frame: Frame) -> tuple[Vector, Vector]:
     for k, e in enumerate(basis):
         after, last = basis[(k + 1) % 3], basis[(k + 2) % 3]
         if axis.cross(e).is_zero:
-            return (after, last) if is_along(axis, e) else (last, after)
+            return (after, last) if numbers([axis.dot(e)])[0] > 0 else (last, after)
     sizes = [abs(x) for x in numbers(axis.components(frame))]
     start = basis[sizes.index(min(sizes))]
     first = start.reject(axis).normalized().express(frame)
     return first, axis.cross(first).express(frame)
-
-
-def is_along(v: Vector, w: Vector) -> bool:
-    """Whether v·w > 0 where parameters have their defaults."""
-    return numbers([v.dot(w)])[0] > 0
 
 
 def numbers(exprs: Sequence[Expr]) -> list[float]:
