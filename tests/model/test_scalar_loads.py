@@ -186,3 +186,21 @@ def test_dissipation_by_the_angular_velocity_of_a_frame_without_a_body():
 def test_a_dissipation_function_of_other_rates_alone_is_refused(rate):
     with pytest.raises(kn.errors.ModelError, match="Expected a dissipation function of rates or speeds"):
         kn.Load.from_dissipation(c * rate**2)
+
+
+@pytest.mark.parametrize("spring", [False, True])
+def test_a_potential_with_an_input_moves_what_it_should(spring):
+    """q̈ = −k (q − r): the work counts as power, as the rate of the input is not known; of an input that places, it is."""
+    r, x0, v0 = kn.input("r"), 0.7, 0.3
+    bob = kn.Particle("bob", O.at("bob", x * N.x), 1)
+    load = kn.Load.from_potential(4.0 * (x - r) ** 2 / 2)
+    if spring:
+        load = kn.torsional_spring(N.rotate("turn", x, N.z), N, x - r, 4.0, N.z)
+    eom = kn.derive(kn.System(N, bodies=[bob], speeds={u1: x.dt}, loads=[load]))
+    assert eom.system.inputs == (r,)
+    sol = kn.simulate(eom, (0, 2), q=[x0], u=[v0], inputs={r: lambda t: 0.5 * np.sin(3 * t)}, rtol=1e-10, atol=1e-12)
+    a = 4 * 0.5 / (4 - 9)  # of the particular solution a sin 3t
+    expected = x0 * np.cos(2 * sol.t) + (v0 - 3 * a) / 2 * np.sin(2 * sol.t) + a * np.sin(3 * sol.t)
+    np.testing.assert_allclose(sol.q[:, 0], expected, atol=1e-8)
+    placed = kn.linear_spring(bob.point, O.at("hand", r * N.x), 4.0)
+    assert kn.System(N, bodies=[bob], speeds={u1: x.dt}, loads=[placed, load]).loads[0].potential is not None

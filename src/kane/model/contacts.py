@@ -291,27 +291,17 @@ def _law(
         normal = reaction(f"N_{label}", constraint=gap)
     marks = [""] if len(rows) == 1 else [f"_{k}" for k in range(1, len(rows) + 1)]
     directions = tuple(Parameter.declare(f"d_{label}{k}", 0.0, "", f"direction of the slip of {name}") for k in marks)
-    return ContactLaw(
-        name,
-        gap,
-        rows,
-        normal,
-        tuple(reaction(f"F_{label}{k}", constraint=c) for k, c in zip(marks, rows, strict=True)),
-        static,
-        kinetic,
-        speed,
-        viscous,
-        e,
-        law,
-        directions,
-        Parameter.declare(f"v_{label}", 0.0, "", f"slip below which {name} slips straight on"),
-        Parameter.declare(f"g_{label}", 0.0, "", f"rounding of the gap of {name}"),
-        _across(name, label, rows, directions) if len(rows) == 2 else None,
-        tuple(
-            tuple(Parameter.declare(f"w_{label}_{j}{k}", 0.0, "", f"share of {name}") for k in range(SHARED))
-            for j in range(1 + len(rows))
-        ),
+    slowest = Parameter.declare(f"v_{label}", 0.0, "", f"slip below which {name} slips straight on")
+    slack = Parameter.declare(f"g_{label}", 0.0, "", f"rounding of the gap of {name}")
+    across = _across(name, label, rows, directions) if len(rows) == 2 else None
+    shares = tuple(
+        tuple(Parameter.declare(f"w_{label}_{j}{k}", 0.0, "", f"share of {name}") for k in range(SHARED))
+        for j in range(1 + len(rows))
     )
+    forces = tuple(reaction(f"F_{label}{k}", constraint=c) for k, c in zip(marks, rows, strict=True))
+    return ContactLaw(
+        name, gap, rows, normal, forces, static, kinetic, speed, viscous, e, law, directions, slowest, slack, across, shares
+    )  # fmt: skip
 
 
 def _across(

@@ -56,7 +56,8 @@ class Load(Immutable):
 
         Parameters
         ----------
-        V : the potential energy, an expression of coordinates, parameters, inputs and time
+        V : the potential energy, an expression of coordinates, parameters, inputs and time; with inputs whose rates no motion needs
+            the work of the load counts as power
         name : what the load is called
 
         Raises

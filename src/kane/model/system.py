@@ -36,6 +36,8 @@ from kane.expr.symbols import (
     StateVariable,
     Symbol,
     Symbols,
+    input_of,
+    rate,
 )
 from kane.expr.visit import substituted
 from kane.model import system_checks
@@ -151,9 +153,9 @@ class System(Declarations):
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), rows))
         Declarations.__init__(
-            self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
-            ordered, show.Listing(constraints), dependent_q, dependent_u, joints, euler, parameters, inputs, show.Listing(frames),
-            show.Listing(points), contacts,
+            self, inertial, bodies, definitions, further, _counted(own, inputs), gravities, Symbols(reactions), Symbols(auxiliary),
+            events, ordered, show.Listing(constraints), dependent_q, dependent_u, joints, euler, parameters, inputs,
+            show.Listing(frames), show.Listing(points), contacts,
         )  # fmt: skip
         _check_whole(self, symbols)
 
@@ -395,6 +397,13 @@ def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -
         else:
             torques.append((inertial.rotate(name, q, inertial.x), inertial.x * pull))
     return replace(load, forces=tuple(forces), torques=tuple(torques))
+
+
+def _counted(loads: tuple[Load, ...], inputs: Symbols[Any]) -> tuple[Load, ...]:
+    """Without potentials whose rates hold rates of inputs that nothing else needs: the work of these loads counts as power."""
+    held = ((x, () if x.potential is None or not inputs else free_symbols([x.potential])) for x in loads)
+    pairs = ((x, any(input_of(s) is not None and rate(s) not in inputs for s in own)) for x, own in held)
+    return show.Listing(replace(x, potential=None) if unknown else x for x, unknown in pairs)
 
 
 def _with_joints(
