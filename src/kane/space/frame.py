@@ -12,12 +12,12 @@ from kane import expect
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.differentiation import time_derivative
-from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.ops import Immutable, landmarks
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
-from kane.numeric.sampling import SEED, sample
+from kane.numeric.sampling import SEED, default_of, sample
 from kane.numeric.scale import DECLARED, ROUNDED_CHAIN
 from kane.space import attitude_formulas as formulas
 from kane.space.rotation import (
@@ -55,7 +55,7 @@ class Frame(Basis):
         self._finish(name, None, None)
 
     def _finish(self, name: str, parent: Frame | None, orientation: Orientation | None) -> None:
-        _check_name(name)
+        expect.name(name, "a name for the frame", error=SpaceError)
         values: dict[str, Any] = {"name": name, "parent": parent, "orientation": orientation, "_spins": {}}
         values["lineage"] = (self,) if orientation is None else (self, *orientation.base.lineage)
         values |= zip(_AXES, axes(self), strict=True)
@@ -126,7 +126,7 @@ class Frame(Basis):
                 f"Expected an axis fixed in frame {self.name}, got {axis}: it depends on {', '.join(map(str, moving))}. "
                 "Rotate about an axis of the parent, or start from the frame in which the axis is fixed."
             )
-        square = _number(dot(direction, direction))
+        square = default_of(dot(direction, direction))
         if square is not None:
             if square == 0:
                 raise SpaceError(
@@ -144,7 +144,7 @@ class Frame(Basis):
 
         Kane & Levinson 1985, appendix I, "body-three" and "body-two" angles.
         """
-        _check_name(name)
+        expect.name(name, "a name for the frame", error=SpaceError)
         frame = self
         for k, (angle, i) in enumerate(zip(angles, turning_axes(sequence, angles), strict=True)):
             last = k == 2
@@ -183,7 +183,7 @@ class Frame(Basis):
 
         Kane, Likins & Levinson 1983, *Spacecraft Dynamics*, sec. 1.4 and 1.14.
         """
-        _check_name(name)
+        expect.name(name, "a name for the frame", error=SpaceError)
         rho = expect.items(parameters, f"three Rodrigues parameters for the frame {name}", error=SpaceError)
         if len(rho) != 3:
             raise SpaceError(f"Expected three Rodrigues parameters, got {cut(repr(parameters))}.")
@@ -291,10 +291,6 @@ def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
         )
 
 
-def _check_name(name: object) -> None:
-    expect.name(name, "a name for the frame", error=SpaceError)
-
-
 def turning_axes(sequence: str, angles: Sequence[Any]) -> tuple[int, int, int]:
     """The numbers of the axes that a sequence names, for three angles."""
     expect.instance(sequence, str, 'a sequence of three axes, such as "zxz" or "123"', error=SpaceError)
@@ -309,16 +305,6 @@ def turning_axes(sequence: str, angles: Sequence[Any]) -> tuple[int, int, int]:
         raise SpaceError(f"Expected three angles for the sequence {sequence!r}, got {len(angles)}.")
     a, b, c = map(_AXES.index, text)
     return a, b, c
-
-
-def _number(e: Expr) -> float | None:
-    """The value of `e`, parameters at their defaults; None where one has none."""
-    number = constant_value(e)
-    if number is not None:
-        return float(number)
-    if any(s.default is None for s in free_symbols([e])):
-        return None
-    return float(evaluate(e, {}))
 
 
 def turned_about(n: Triple, c: Expr, s: Expr) -> Cosines:

@@ -155,12 +155,9 @@ def inward(tree: Tree, carry: Carry[V]) -> V | None:
             v = carry.arm(i, v)
             for turn in reversed(segment.lead):
                 v = v.turned(turn)
-            hung[segment.parent] = _both(hung[segment.parent], v)
+            before = hung[segment.parent]
+            hung[segment.parent] = v if before is None else before.plus(v)
     return hung[0]
-
-
-def _both(a: V | None, b: V | None) -> V | None:
-    return a if b is None else b if a is None else a.plus(b)
 
 
 class Drive(Generic[W]):
