@@ -86,6 +86,14 @@ class TestLazy:
         with pytest.raises(KeyError, match="Expected one of 1, 2, 3, got 5"):
             squares[5]
 
+    def test_a_key_is_in_it_by_its_name_too(self):
+        a, b, other = kn.coordinate("a"), kn.coordinate("b"), kn.coordinate("other")
+        pairs = LazyMapping([(a, b), (b, a)], lambda key: key)
+        assert [key in pairs for key in ((a, b), ("a", b), ("b", "a"), ("a", "a"), "a", (a, other), ("a",))] == [
+            True, True, True, False, False, False, False,
+        ]  # fmt: skip
+        assert pairs["a", b] == (a, b)
+
     def test_attributes_of_a_part_are_its_own(self):
         assert (Outer().half, Outer().double) == (1.5, 6.0)
         assert (Outer.half.__doc__, Outer.double.__doc__) == ("Half of it.", "Twice of it.")

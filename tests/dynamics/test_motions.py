@@ -159,6 +159,8 @@ def test_errors():
         m.angular_velocity(d.P)
     with pytest.raises(kn.SpaceError, match="Expected a point"):
         m.velocity(d.N)
+    with pytest.raises(kn.SpaceError, match="Expected a frame, got 'A'"):
+        m.velocity(d.P, "A")
     with pytest.raises(kn.ModelError, match="root frame"):
         kn.motions(d.A, d.speeds)
     with pytest.raises(kn.ModelError, match="restrict the motion"):

@@ -101,6 +101,8 @@ def test_outputs():
     assert {name: np.shape(x) for name, x in found.items()} == {"a": (), "v": (3,), "q2": (), "table": (2, 3)}
     with pytest.raises(kn.ArgumentError, match="parts of one shape in the output 'mixed'"):
         EOM.compile(outputs={"mixed": [q1, A.x]})
+    with pytest.raises(kn.ArgumentError, match="got 'q2' more than once"):
+        EOM.compile(outputs={q2: q1, "q2": q2})
     with pytest.raises(kn.ArgumentError, match="a mapping from names to expressions, or a list of symbols"):
         EOM.compile(outputs=[2 * q1])
     linear = kn.linearize(EOM, q=[-np.pi / 2, 0], outputs={"v": Q.velocity(N)})

@@ -254,3 +254,21 @@ def test_some_values_of_a_list_are_not_replaced_by_name(q):
     with pytest.raises(kn.ValueMissingError, match="Expected q of the state by name, of which some are to be replaced"):
         kn.State(q, 0).replace(q={"q1": 3.0})
     assert list(kn.State(q, 0).replace(q=[3.0, 2.0]).q) == [3.0, 2.0]
+
+
+def test_parameters_by_symbol_that_a_state_has_none_of_are_not_dropped_when_some_are_replaced():
+    state = kn.State({q: 0.3}, [0.7], parameters={m: 2.0}, inputs={T: 0.0}, states={act: 0.0})
+    changed = state.replace(parameters={g: 3.0})
+    assert changed.parameters == {m: 2.0, g: 3.0}
+    assert EOM.evaluate(g, changed) == 3.0
+    assert state.replace(parameters={m: 1.0, g: 3.0}).parameters == {m: 1.0, g: 3.0}
+    assert state.parameters == {m: 2.0}
+
+
+def test_an_array_of_no_dimension_is_a_number_as_the_time_and_none_of_a_group():
+    state = kn.State({q: 0.3}, [0.7], t=np.array(0.5))
+    assert repr(state) == "State(q = 0.3, u = [0.7]; t = 0.5)"
+    assert state.arguments["t"] == 0.5
+    assert "t" not in kn.State({q: 0.3}, t=np.array(0.0)).arguments
+    with pytest.raises(kn.ArgumentError, match="Expected q= of a state as a dict"):
+        EOM.evaluate(q, q=np.array(0.3))

@@ -67,14 +67,17 @@ class LazyMapping(Mapping[K, V]):
         return self._values[key]
 
     def __contains__(self, key: object) -> bool:
-        return key in self._keys
+        return key in self._keys or len(self._called(key)) == 1
+
+    def _called(self, key: Any) -> list[K]:
+        """The keys of this name."""
+        stands_for = self._stands_for
+        own = tuple(stands_for.get(x, x) for x in key) if isinstance(key, tuple) else stands_for.get(key, key)
+        return [k for k in self._keys if _named(k, own)]
 
     def _meant(self, key: Any) -> K:
         """The one key of this name."""
-        own = (
-            tuple(self._stands_for.get(x, x) for x in key) if isinstance(key, tuple) else self._stands_for.get(key, key)
-        )
-        found = [k for k in self._keys if _named(k, own)]
+        found = self._called(key)
         if len(found) != 1:
             names = [*map(_label, self._keys)]
             if found:

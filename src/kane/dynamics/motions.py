@@ -148,11 +148,12 @@ class Motions(Immutable):
         own = read_off(self._point(point))
         if in_ is None or in_ is self.derived.system.inertial:
             return own if origin is None else own - read_off(self._point(origin))
+        turned = read_off(self._frame(in_))
         if origin is None:
             raise SpaceError(
                 f"Expected a point fixed in {in_.name} to see {point.name} from, got none. Name it: origin=Q."
             )
-        carried = read_off(self._frame(in_)).cross(point.position(origin))
+        carried = turned.cross(point.position(origin))
         return own - read_off(self._point(origin)) - carried
 
     def _frame(self, frame: Frame) -> Motion:

@@ -245,7 +245,9 @@ def output_bundle(
 def _labelled(outputs: Any) -> Mapping[Any, Any]:
     """Outputs by name; of a list each symbol or name is its own."""
     if isinstance(outputs, Mapping):
-        return {key.name if isinstance(key, Symbol) else key: what for key, what in outputs.items()}
+        named = [(key.name if isinstance(key, Symbol) else key, what) for key, what in outputs.items()]
+        expect.different((name for name, _ in named), "outputs of one name each", "Rename them.", error=ArgumentError)
+        return dict(named)
     if isinstance(outputs, list | tuple) and all(isinstance(x, str | Symbol) for x in outputs):
         return {x if isinstance(x, str) else x.name: x for x in outputs}
     raise ArgumentError(

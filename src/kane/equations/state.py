@@ -9,7 +9,7 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
-from kane.expr.symbols import Symbol
+from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.sampling import finite_number, named_values, stands_for_zeros, symbol_named
 
 GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
@@ -73,7 +73,7 @@ class State(Attributes):
     def __post_init__(self) -> None:
         for kind in GROUPS:
             group = getattr(self, kind)
-            listed = hasattr(group, "__len__") and not isinstance(group, str | set)
+            listed = _has_length(group) and not isinstance(group, str | set)
             right = group is None or listed or stands_for_zeros(kind, group)
             expected = f"{kind}= of a state as a dict {{symbol or name: value}} or as a sequence"
             expect.that(right, expected, group, error=ArgumentError)
@@ -117,7 +117,7 @@ class State(Attributes):
             if isinstance(group, Mapping):
                 parts += [f"{key} = {_shown(value)}" for key, value in group.items()]
             elif group is not None:
-                listed = hasattr(group, "__len__")
+                listed = _has_length(group)
                 parts.append(f"{kind} = [{', '.join(map(_shown, group))}]" if listed else f"{kind} = {_shown(group)}")
         return f"State({', '.join(parts)}{f'; t = {_shown(self.t)}' if _is_later(self.t) else ''})"
 
@@ -128,12 +128,17 @@ def _shown(value: Any) -> str:
 
 def _is_later(t: Any) -> bool:
     """Whether a time is given, and not 0."""
-    return bool(t != 0) if isinstance(t, float | int | np.number) else _given(t)
+    return bool(t != 0) if isinstance(t, float | int | np.number | np.ndarray) and np.ndim(t) == 0 else _given(t)
+
+
+def _has_length(value: Any) -> bool:
+    """Whether values are several, or a mapping; an array of no dimension is one."""
+    return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0
 
 
 def _given(value: Any) -> bool:
     """Whether a group of values is more than left out."""
-    return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
+    return value is not None and (not _has_length(value) or len(value) > 0)
 
 
 def _replaced(kind: str, old: Any, new: Any) -> Any:
@@ -141,7 +146,7 @@ def _replaced(kind: str, old: Any, new: Any) -> Any:
     if new is None or not _given(old) or not isinstance(new, Mapping):
         return old if new is None else new
     if not isinstance(old, Mapping):
-        if hasattr(old, "__len__") and len(new) >= len(old):
+        if _has_length(old) and len(new) >= len(old):
             return new
         raise ValueMissingError(
             f"Expected {kind} of the state by name, of which some are to be replaced, got {cut(repr(old))}. Give all of them anew, "
@@ -152,6 +157,8 @@ def _replaced(kind: str, old: Any, new: Any) -> Any:
         keys = {key: key.name if isinstance(key, Symbol) else key for key in new}
         return {**old, **{names.get(name, key): new[key] for key, name in keys.items()}}
     values = named_values(kind, tuple(old), new)
+    if kind == "parameters":  # those by symbol that the state has none of, which `named_values` passes over
+        values |= {s: v for s, v in new.items() if isinstance(s, Parameter) and s not in values}
     plain = {s: v if isinstance(v, Guess) else finite_number("value", str(s), v) for s, v in values.items()}
     return {**old, **plain}
 

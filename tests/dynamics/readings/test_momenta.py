@@ -55,6 +55,11 @@ def test_impulses_change_momenta():
     assert change == pytest.approx([(blow * l / 2 + 0.1) / (m * l**2 / 12), 0, blow / m], abs=1e-14)
     with pytest.raises(kn.ArgumentError, match=r"Expected \(point, impulse\)"):
         eom.generalized_impulses([blow * A.y])
+    with pytest.raises(kn.ArgumentError, match=r"Expected \(point, impulse\)"):
+        eom.generalized_impulses([("E", blow * A.y)])
+    elsewhere = kn.Point("Z", fixed_in=kn.Frame("other"))
+    with pytest.raises(kn.ModelError, match="got Z, whose root Z is fixed in other"):
+        eom.generalized_impulses([(elsewhere, blow * A.y)])
 
 
 def test_cyclic_coordinates():

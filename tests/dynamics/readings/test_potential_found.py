@@ -153,6 +153,20 @@ def test_loads_are_known_by_name_only_if_they_are_the_systems():
         eom.find_potential(["wind"])
 
 
+def test_loads_of_one_name_are_told_apart():
+    pulls = kn.Load("pull", ((P, -k * x * N.x),)), kn.Load("pull", ((P, -3 * y * N.y),))
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=pulls))
+    for load, declared, slopes in zip(eom.loads, pulls, ((7.0 * 0.3, 0), (0, 3 * 0.5)), strict=True):
+        for given in (load, declared):
+            v = eom.find_potential([given]).value
+            assert kn.evaluate([kn.diff(v, x), kn.diff(v, y)], {x: 0.3, y: 0.5}) == pytest.approx(slopes)
+    with pytest.raises(kn.PotentialError, match=r"got .pull., which 2 of them are called\. Give the load itself"):
+        eom.find_potential(["pull"])
+    energy = next(i.value for i in eom.integrals if i.name == "energy")
+    rest = dict.fromkeys((*eom.speeds, a, b), 0.0)
+    assert kn.evaluate(energy, {x: 0.3, y: 0.5, **rest}) == pytest.approx(3.5 * 0.3**2 + 1.5 * 0.5**2)
+
+
 # Under constraints -------------------------------------------------------------------------------------------------------
 
 

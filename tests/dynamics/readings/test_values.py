@@ -44,6 +44,11 @@ def test_one_expression_is_the_same_as_all(robot, rng):
     assert robot.evaluate(robot.accelerations[1], q=q, u=u) == robot.evaluate(robot.accelerations, q=q, u=u)[1]
 
 
+def test_arrays_that_do_not_fit_are_named(robot):
+    with pytest.raises(kn.ArgumentError, match=r"shapes broadcast, got \(2,\) for q2, \(3,\) for u2\. Give each"):
+        robot.evaluate(robot.accelerations, q=[0.3, [0.1, 0.2], 0.4], u=[0.1, [0.1, 0.2, 0.3], 0.3])
+
+
 def test_a_missing_value_is_named_at_every_call(robot):
     for _ in range(2):
         with pytest.raises(kn.ValueMissingError, match="got none for q"):

@@ -35,9 +35,9 @@ from kane.expr.node import ZERO, Expr, Exprs
 from kane.expr.symbols import Coordinate, StateVariable, Time, input_of, rate
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
-from kane.model.declarations import geometry
+from kane.model.declarations import frames_and_points, geometry
 from kane.model.loads import Load
-from kane.model.system import total_mass
+from kane.model.system import placed, total_mass
 from kane.show import html
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -242,9 +242,10 @@ def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequ
     given: object = impulses
     pairs: list[tuple[Motion, Vector]] = []
     for item in given if isinstance(given, Sequence) else (given,):
-        if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[1], Vector)):
+        place, vector = item if isinstance(item, tuple) and len(item) == 2 else (None, None)
+        if not (isinstance(place, Point | Frame) and isinstance(vector, Vector)):
             raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
-        place, vector = item
+        frames_and_points(derived.system.inertial, (), (placed([place]),), ())  # which refuses those of other trees
         pairs.append((derived.kinematics.of(place), vector))
     return _projections(pairs, speeds)
 

@@ -263,13 +263,16 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
 
 def _load_named(derived: Derived, load: Any) -> Load:
     system = derived.system
-    listed, written = (*system.gravities, *system.loads), system.all_loads()
+    written = system.all_loads()
+    same = zip((*system.gravities, *system.loads), derived.loads, derived.as_declared.loads, written, strict=True)
     name = load.name if isinstance(load, Load) else load if isinstance(load, str) else None
-    for x, meant in zip(listed, written, strict=True):
-        if load is x or name == meant.name:
-            return meant
+    found = [group[-1] for group in same if any(load is x for x in group)]
+    found = found or [x for x in written if x.name == name]
+    if len(found) == 1:
+        return found[0]
     names = ", ".join(x.name for x in written) or "none"
-    raise PotentialError(f"Expected some of the loads of the system ({names}), got {cut(repr(load))}.")
+    got = f"{name!r}, which {len(found)} of them are called. Give the load itself" if found else cut(repr(load))
+    raise PotentialError(f"Expected some of the loads of the system ({names}), got {got}.")
 
 
 def _names(loads: Sequence[Load]) -> str:

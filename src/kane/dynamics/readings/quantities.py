@@ -22,7 +22,7 @@ from kane.dynamics.readings.regularity import (
     with_regular_rates,
 )
 from kane.dynamics.solved import Reading, Solved
-from kane.errors import ExpressionError, ValueMissingError, cut
+from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut
 from kane.expr.differentiation import Affine, tangent
 from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
 from kane.expr.matrix import Matrix, dot
@@ -236,6 +236,15 @@ def evaluate_along(
     values.update(named_values("inputs", system.inputs, inputs))
     known = frozenset(values) if solved.dependent_speeds else frozenset()
     read = solved.readings.get((roots, known), lambda: _reading(solved, roots, known))
+    try:
+        return wanted.filled(_numbers(solved, read, values, held))
+    except ValueError as error:
+        _check_shapes(values, error)
+        raise
+
+
+def _numbers(solved: Solved, read: Reading, values: Mapping[Expr, Any], held: bool) -> list[Any]:
+    """The numbers of what is asked for, checked."""
     found, plain = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
         check_on_constraints(solved, read.names, found[read.asked :])
@@ -245,7 +254,19 @@ def evaluate_along(
     if solved.dependent_speeds:
         check_pivots(solved, plain, values, numbers)
         numbers = check_left_out(solved, read.concerned, values, numbers)
-    return wanted.filled(numbers)
+    return numbers
+
+
+def _check_shapes(values: Mapping[Expr, Any], error: ValueError) -> None:
+    """An ArgumentError in place of NumPy's `error` where arrays do not broadcast."""
+    shapes = {s: np.shape(v) for s, v in values.items()}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        told = ", ".join(f"{shape} for {s}" for s, shape in shapes.items() if shape)
+        raise ArgumentError(
+            f"Expected values whose shapes broadcast, got {told}. Give each symbol one number, or as many as the others."
+        ) from error
 
 
 def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> Reading:
