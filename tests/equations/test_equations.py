@@ -240,6 +240,13 @@ def test_speeds_from_rates_invert_the_rates():
     np.testing.assert_allclose(found, [change[c.name] for c in body.coordinates], atol=1e-14)
 
 
+def test_speeds_from_rates_where_their_definitions_hold_an_input():
+    N, x, u, wind = kn.Frame("N"), kn.coordinate("x"), kn.speed("u"), kn.input("wind")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("P", P, 1.0)], speeds={u: x.dt - wind}))
+    assert eom.speeds_from_rates([0.0], [2.0], inputs={wind: 0.5}) == {u: 1.5}
+
+
 def test_values_share_one_shape():
     from kane.gallery import rolling_disk
 

@@ -339,23 +339,23 @@ class Equations(Immutable):
         PotentialError
             if there is none, or none was found: says which forces depend on rates, or which coordinates' derivatives disagree where
         """
-        return find_potential(self.solved.derived, loads)
+        return find_potential(self.derived, loads)
 
     def generalized_impulses(self, impulses: Sequence[Impulse]) -> Exprs:
         """I_r = Σ v_r·∫F dt + ω_r·∫T dt, one a speed, of impulses (point, vector) and impulses of torques (frame, vector)."""
-        return energy.generalized_impulses(self.solved.derived, impulses, self.solved.derived.speeds)
+        return energy.generalized_impulses(self.derived, impulses)
 
     def mass_center(self, origin: Point) -> Vector:
         """Position of the system's mass centre from `origin`."""
-        return energy.mass_center(self.solved.derived.as_declared.bodies, origin)
+        return energy.mass_center(self.bodies, origin)
 
     def linear_momentum(self) -> Vector:
         """Σ m v."""
-        return energy.linear_momentum(self.solved.derived.as_declared.bodies)
+        return energy.linear_momentum(self.bodies)
 
     def angular_momentum(self, about: Point) -> Vector:
         """Σ I·ω + r × m v about a point fixed in the inertial frame."""
-        return energy.angular_momentum(self.solved.derived.as_declared.bodies, about)
+        return energy.angular_momentum(self.bodies, about)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 
@@ -425,10 +425,16 @@ class Equations(Immutable):
         return jacobian(self.solved, by)
 
     def speeds_from_rates(
-        self, q: Values, rates: Values, *, parameters: Mapping[Any, Any] | None = None, t: Any = 0.0
+        self,
+        q: Values,
+        rates: Values,
+        *,
+        parameters: Mapping[Any, Any] | None = None,
+        inputs: Mapping[Any, Any] | None = None,
+        t: Any = 0.0,
     ) -> dict[Speed, Any]:
         """u = Y q̇ + z at numbers: the generalized speeds of a motion known by the rates of its coordinates."""
-        return speeds_from_rates(self.derived, q, rates, parameters, t)
+        return speeds_from_rates(self.derived, q, rates, parameters, inputs, t)
 
     @by_keyword
     def reaction_condition(self, state: State | None = None, **values: Unpack[StateValues]) -> npt.NDArray[np.float64]:

@@ -237,7 +237,7 @@ def generalized_momenta(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> Exp
     return _projections(pairs, speeds)
 
 
-def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequence[Expr]) -> Exprs:
+def generalized_impulses(derived: Derived, impulses: Sequence[Any]) -> Exprs:
     """I_r = Σ v_r·J over points with impulses J, and Σ ω_r·L over frames with impulses of torques L."""
     given: object = impulses
     pairs: list[tuple[Motion, Vector]] = []
@@ -247,7 +247,7 @@ def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequ
             raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
         frames_and_points(derived.system.inertial, (), (placed([place]),), ())  # which refuses those of other trees
         pairs.append((derived.kinematics.of(place), vector))
-    return _projections(pairs, speeds)
+    return _projections(pairs, derived.speeds)
 
 
 def _projections(pairs: Iterable[tuple[Motion, Vector]], speeds: Sequence[Expr]) -> Exprs:

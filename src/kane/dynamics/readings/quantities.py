@@ -193,8 +193,18 @@ def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     return list(map(substituting(values), plain))
 
 
+def _by_symbol(derived: Derived, t: Any, q: Any, u: Any, states: Any, parameters: Any, inputs: Any) -> dict[Expr, Any]:
+    """Values by symbol."""
+    system, values = derived.system, dict[Expr, Any]({time: t})
+    values |= named_values("coordinates", system.coordinates, q)
+    values |= named_values("speeds", derived.speeds, u)
+    values |= named_values("states", derived.states, states)
+    values |= named_values("parameters", system.parameters, parameters)
+    return values | named_values("inputs", system.inputs, inputs)
+
+
 def speeds_from_rates(
-    derived: Derived, q: Any, rates: Any, parameters: Mapping[Any, Any] | None, t: Any
+    derived: Derived, q: Any, rates: Any, parameters: Mapping[Any, Any] | None, inputs: Mapping[Any, Any] | None, t: Any
 ) -> dict[Speed, Any]:
     """See Equations.speeds_from_rates."""
     system = derived.system
@@ -202,10 +212,8 @@ def speeds_from_rates(
     missing = [c.name for c in system.coordinates if c not in by_coordinate]
     if missing:
         raise ValueMissingError(f"Expected a rate for every coordinate, got none for {', '.join(missing)}.")
-    values: dict[Expr, Any] = {time: t}
-    values.update({rate(c): v for c, v in by_coordinate.items() if isinstance(c, Coordinate)})
-    values.update(named_values("coordinates", system.coordinates, q))
-    values.update(named_values("parameters", system.parameters, parameters))
+    values = _by_symbol(derived, t, q, None, None, parameters, inputs)
+    values |= {rate(c): by_coordinate[c] for c in system.coordinates}
     q_dot = [rate(c) for c in system.coordinates]
     y, z, *_ = derived.matrices
     rows = zip(derived.speeds, y, z, strict=False)  # Y ends with a row for each set of Euler parameters
@@ -226,14 +234,8 @@ def evaluate_along(
     held: bool = True,
 ) -> Any:
     """See Equations.evaluate; with `held` False speeds that miss the constraints pass."""
-    system, wanted = solved.derived.system, asked(solved.derived, exprs)
-    roots = wanted.roots
-    values: dict[Expr, Any] = {time: t}
-    values.update(named_values("coordinates", system.coordinates, q))
-    values.update(named_values("speeds", solved.derived.speeds, u))
-    values.update(named_values("states", solved.derived.states, states))
-    values.update(named_values("parameters", system.parameters, parameters))
-    values.update(named_values("inputs", system.inputs, inputs))
+    wanted = asked(solved.derived, exprs)
+    roots, values = wanted.roots, _by_symbol(solved.derived, t, q, u, states, parameters, inputs)
     known = frozenset(values) if solved.dependent_speeds else frozenset()
     read = solved.readings.get((roots, known), lambda: _reading(solved, roots, known))
     try:
