@@ -8,9 +8,9 @@ is first needed, and kept with the equations.
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from threading import Lock
-from typing import Any, Generic, Literal, NoReturn, Protocol, TypeAlias, TypeVar, overload
+from typing import Any, Generic, Literal, NamedTuple, NoReturn, Protocol, TypeAlias, TypeVar, overload
 
 import numpy as np
 
@@ -62,72 +62,57 @@ def along(what: str, symbols: Sequence[Symbol]) -> tuple[Symbol, ...]:
     return tuple(Parameter.declare(f"{what}_{s.name}", description=f"{what} of {s.name}") for s in symbols)
 
 
-def _directions(derived: Derived) -> dict[str, tuple[Symbol, ...]]:
-    x, p = KINDS["state"](derived), KINDS["parameters"](derived)
-    return {"a": tuple(map(rate, derived.speeds)), "v": along("v", x), "w": along("w", x), "s": along("s", p)}
-
-
-def _product(name: str, kind: str, make: Callable[..., Sequence[Expr]]) -> Callable[[Solved], Task]:
-    """A routine of vectors, by the names of their ports; its results belong to symbols of a kind."""
-
-    def task(solved: Solved) -> Task:
-        own = _directions(solved.derived)
-        found = make(solved, *(own[port] for port in _PORTS[name]))
-        labels = [f"{name} of {s.name}" for s in KINDS[kind](solved.derived)]
-        return Task(name, found, (len(found),), labels)
-
-    return task
-
-
-def _state(solved: Solved) -> Sequence[Symbol]:
-    return KINDS["state"](solved.derived)
-
-
-def _given(solved: Solved) -> Sequence[Symbol]:
-    return KINDS["parameters"](solved.derived)
-
-
-_PORTS: Mapping[str, tuple[str, ...]] = {
-    "inverse_dynamics": ("a",),
-    "jvp": ("v",),
-    "sensitivity": ("v", "s"),
-    "vjp": ("w",),
-    "vjp_parameters": ("w",),
-    "hvp": ("v", "w"),
+_DIRECTIONS: Mapping[str, tuple[str, Callable[[Derived], tuple[Symbol, ...]]]] = {
+    "a": ("acceleration", lambda d: tuple(map(rate, d.speeds))),
+    "v": ("direction", lambda d: along("v", d.state)),
+    "w": ("weight", lambda d: along("w", d.state)),
+    "s": ("change", lambda d: along("s", d.system.parameters)),
 }
-_PRODUCTS: Mapping[str, tuple[str, Callable[..., Sequence[Expr]]]] = {
-    "jvp": ("state", lambda solved, v: forward(solved, _state(solved), v)),
-    "sensitivity": ("state", lambda solved, v, s: forward(solved, (*_state(solved), *_given(solved)), (*v, *s))),
-    "vjp": ("state", lambda solved, w: backward(solved, _state(solved), w)),
-    "vjp_parameters": ("parameters", lambda solved, w: backward(solved, _given(solved), w)),
-    "hvp": ("state", lambda solved, v, w: second(solved, _state(solved), w, v)),
+"""Ports of vectors: u̇ as a, v beside x, w beside ẋ, s beside p; what their components are called, and these."""
+
+
+class _VectorRoutine(NamedTuple):
+    """A routine of the vectors of some ports; its results are labelled by symbols of a kind."""
+
+    ports: tuple[str, ...]
+    make: Callable[..., Sequence[Expr]]
+    label: str
+    kind: Callable[[Derived], Sequence[Symbol]] = KINDS["state"]
+
+    def task(self, name: str, solved: Solved) -> Task:
+        d = solved.derived
+        found = self.make(solved, *(_DIRECTIONS[port][1](d) for port in self.ports))
+        return Task(name, found, (len(found),), [f"{self.label} of {s.name}" for s in self.kind(d)])
+
+
+_PRODUCTS: Mapping[str, _VectorRoutine] = {
+    "inverse_dynamics": _VectorRoutine(("a",), lambda s, a: inverse_dynamics(s), "force", lambda d: d.speeds),
+    "jvp": _VectorRoutine(("v",), lambda s, v: forward(s, s.derived.state, v), "jvp"),
+    "sensitivity": _VectorRoutine(
+        ("v", "s"),
+        lambda s, v, p: forward(s, (*s.derived.state, *s.derived.system.parameters), (*v, *p)),
+        "sensitivity",
+    ),
+    "vjp": _VectorRoutine(("w",), lambda s, w: backward(s, s.derived.state, w), "vjp"),
+    "vjp_parameters": _VectorRoutine(
+        ("w",), lambda s, w: backward(s, s.derived.system.parameters, w), "vjp_parameters", KINDS["parameters"]
+    ),
+    "hvp": _VectorRoutine(("v", "w"), lambda s, v, w: second(s, s.derived.state, w, v), "hvp"),
 }
-
-
-def _inverse_dynamics(solved: Solved) -> Task:
-    labels = [f"force of {u.name}" for u in solved.derived.speeds]
-    return Task("inverse_dynamics", inverse_dynamics(solved), (len(labels),), labels)
-
-
+_TASKS = {name: partial(product.task, name) for name, product in _PRODUCTS.items()}
 ON_DEMAND: Mapping[str, Callable[[Solved], Task]] = {
-    "inverse_dynamics": _inverse_dynamics,
+    "inverse_dynamics": _TASKS["inverse_dynamics"],
     **{name: _whole(kind) for kind, name in _NAMES.items()},
-    **{name: _product(name, *rest) for name, rest in _PRODUCTS.items()},
+    **_TASKS,
 }
 """Routines that are made where they are asked for, by name: inverse dynamics, derivatives."""
 
 
 def direction_ports(derived: Derived, routines: Sequence[str]) -> tuple[Port, ...]:
-    """The ports that some routines have besides: u̇ as a, v beside x, w beside ẋ, s beside p."""
-    names = dict.fromkeys(p for r in routines for p in _PORTS.get(r, ()))
-    nouns = {
-        "a": ("acceleration", "accelerations"),
-        "v": ("direction", "directions"),
-        "w": ("weight", "weights"),
-        "s": ("change", "changes"),
-    }
-    own = _directions(derived) if names else {}
-    return tuple(Port(p, own[p], noun=nouns[p][0], nouns=nouns[p][1]) for p in nouns if p in names)
+    """The ports that some routines have besides."""
+    names = {port for r in routines if r in _PRODUCTS for port in _PRODUCTS[r].ports}
+    rows = ((port, *row) for port, row in _DIRECTIONS.items() if port in names)
+    return tuple(Port(port, own(derived), noun=noun, nouns=f"{noun}s") for port, noun, own in rows)
 
 
 ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
@@ -329,6 +314,11 @@ class Handle(CompiledRoutine):
     _repr_html_ = show.html
 
 
+def _kind(code: Program) -> type[CompiledRoutine]:
+    """What calls the routines of a Program."""
+    return Handle if [port.name for port in code.ports] == ["t", "x", "p", "r"] else CompiledRoutine
+
+
 class HasSolved(Protocol):
     """What routines need of equations of motion."""
 
@@ -367,34 +357,32 @@ class Compiled(Attributes):
             self.equations.solved, names, outputs, name=self.name, reciprocals=contract, optimize=contract and optimize
         )
 
-    def _handle(self, name: str) -> Handle:
-        return Handle(self._program((name,)), name, self.settings, {"p": self.default}, self.not_finite)
-
-    def _product(self, name: str) -> CompiledRoutine:
-        return CompiledRoutine(self._program((name,)), name, self.settings, {"p": self.default}, self.not_finite)
+    def _handle(self, name: str) -> Any:
+        code = self._program((name,))
+        return _kind(code)(code, name, self.settings, {"p": self.default}, self.not_finite)
 
     mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "M, n × n.")
     forcing = read[Handle](lambda c: c._handle("forcing"), "f of M u̇ = f, with the reactions at their solved values.")
     reactions = read[Handle](lambda c: c._handle("reactions"), "The reactions.")
     inverse_dynamics = read[CompiledRoutine](
-        lambda c: c._product("inverse_dynamics"),
+        lambda c: c._handle("inverse_dynamics"),
         "M u̇ − f, the generalized forces wanted besides the loads: `inverse_dynamics(t, x, a, p, r)` with a = u̇.",
     )
     jac = read[Handle](lambda c: c._handle("jac"), "J = ∂ẋ/∂x, n × n: `jac(t, x, p, r)`.")
     jac_inputs = read[Handle](lambda c: c._handle("jac_inputs"), "∂ẋ/∂r.")
     jac_parameters = read[Handle](lambda c: c._handle("jac_parameters"), "∂ẋ/∂p.")
     jac_time = read[Handle](lambda c: c._handle("jac_time"), "∂ẋ/∂t, n × 1.")
-    jvp = read[CompiledRoutine](lambda c: c._product("jvp"), "J v: `jvp(t, x, v, p, r)`.")
+    jvp = read[CompiledRoutine](lambda c: c._handle("jvp"), "J v: `jvp(t, x, v, p, r)`.")
     sensitivity = read[CompiledRoutine](
-        lambda c: c._product("sensitivity"),
+        lambda c: c._handle("sensitivity"),
         "J v + ∂ẋ/∂p s, how a motion changes that begins at v with the parameters changed by s: `sensitivity(t, x, v, s, p, r)`.",
     )
     vjp_parameters = read[CompiledRoutine](
-        lambda c: c._product("vjp_parameters"), "wᵀ ∂ẋ/∂p: `vjp_parameters(t, x, w, p, r)`."
+        lambda c: c._handle("vjp_parameters"), "wᵀ ∂ẋ/∂p: `vjp_parameters(t, x, w, p, r)`."
     )
-    vjp = read[CompiledRoutine](lambda c: c._product("vjp"), "wᵀ J: `vjp(t, x, w, p, r)`.")
+    vjp = read[CompiledRoutine](lambda c: c._handle("vjp"), "wᵀ J: `vjp(t, x, w, p, r)`.")
     hvp = read[CompiledRoutine](
-        lambda c: c._product("hvp"), "∂(wᵀ J v)/∂x, the Hessians of ẋ weighted by w, times v: `hvp(t, x, v, w, p, r)`."
+        lambda c: c._handle("hvp"), "∂(wᵀ J v)/∂x, the Hessians of ẋ weighted by w, times v: `hvp(t, x, v, w, p, r)`."
     )
     _outputs = read[Handle](lambda c: c._handle("outputs"), "The outputs as one vector.")
 
@@ -552,8 +540,7 @@ class Numeric(Generic[E]):
         library = build_library(programs, self.settings) if programs else None
         made = []
         for key, bundle, code in zip(keys, bundles, programs, strict=True):
-            kind = Handle if [port.name for port in bundle.ports] == ["t", "x", "p", "r"] else CompiledRoutine
-            flat = kind(code, bundle.name, self.settings, None, "ignore", library)
+            flat = _kind(code)(code, bundle.name, self.settings, None, "ignore", library)
             made.append(BundleRoutine(bundle, flat))
             self._routines.put(key, made[-1])
         return made

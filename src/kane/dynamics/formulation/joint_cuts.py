@@ -19,7 +19,7 @@ from kane.kinematics.links import Link, Tree, tree_of
 from kane.kinematics.segments import Segments
 from kane.model.constraints import Cut, constraint_of, cut_of
 from kane.space.frame import Frame, Point
-from kane.space.rotation import Basis, Triple, cross3
+from kane.space.rotation import Triple, cross3
 from kane.space.vector import Vector
 from kane.tree.triples import turned_down
 from kane.tree.values import SpatialForce
@@ -142,16 +142,9 @@ def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:
     if at.parent is None or aligned.rates(at)[0] is aligned.rates(at.parent)[0]:
         return None
     return [
-        sum(_turns_with(part.frame or aligned.owners.get(link.basis, link.basis), at) for part, _ in link.parts)
+        sum(at in (part.frame or aligned.owners.get(link.basis, link.basis)).lineage for part, _ in link.parts)
         for link in links
     ]
-
-
-def _turns_with(frame: Basis, at: Frame) -> bool:
-    f: Basis | None = frame
-    while f is not None and f is not at:
-        f = f.parent
-    return f is at
 
 
 def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
@@ -170,7 +163,7 @@ def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
         return whole
     root = links[whole[-1]]
     above = links[root.parent or 0].basis  # where that turns, too, it is about an origin elsewhere
-    elsewhere = not root.offset.is_zero and _turns_with(aligned.owners.get(above, above), cut.at)
+    elsewhere = not root.offset.is_zero and cut.at in aligned.owners.get(above, above).lineage
     return [] if elsewhere else whole[-1:]
 
 

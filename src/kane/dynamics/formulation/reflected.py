@@ -8,6 +8,7 @@ sec. 9.6), which need not share its coordinate then.
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
+from itertools import chain
 from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
@@ -45,9 +46,9 @@ def geared_to_ground(derived: Derived, tree: Tree, kept: Collection[int]) -> Gea
     for load in derived.declared_loads:
         for frame, torque in load.torques:
             torques.setdefault(rates(frame)[0], []).append(torque)
-    crowded = _bases_below(rates(frame)[0] for c in derived.constraints.constraints for frame, _ in c.torques)
-    crowded |= _bases_below(o.base for basis in torques if (o := basis.orientation) is not None)
-    crowded = (crowded | {basis for basis in torques if count[basis] > 1}) - {derived.system.inertial}
+    held = [rates(frame)[0].lineage for c in derived.constraints.constraints for frame, _ in c.torques]
+    crowded = {*chain(*held, *(basis.lineage[1:] for basis in torques)), *(b for b in torques if count[b] > 1)}
+    crowded.discard(derived.system.inertial)
     found, inertias = dict[int, _Turn](), inertias_of(derived)
     for k, link in enumerate(tree.links):
         if link.parent == 0 and link.parts and k not in busy and link.basis not in crowded:
@@ -56,17 +57,6 @@ def geared_to_ground(derived: Derived, tree: Tree, kept: Collection[int]) -> Gea
                 found[k] = turn
     others = {s for k, link in enumerate(tree.links) if k not in found for s in link.rates}
     return {k: turn for k, turn in found.items() if turn.rate in others}
-
-
-def _bases_below(bases: Iterable[Basis]) -> set[Basis]:
-    """Some bases, and those that they turn in."""
-    result = set[Basis]()
-    for basis in bases:
-        at: Basis | None = basis
-        while at is not None and at not in result:
-            result.add(at)
-            at = None if at.orientation is None else at.orientation.base
-    return result
 
 
 def _turning(derived: Derived, inertias: Inertias, link: Link, torques: Iterable[Vector]) -> _Turn | None:

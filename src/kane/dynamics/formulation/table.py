@@ -136,7 +136,7 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
             found = by_recursion(derived, carrying(derived, shared=True), route, partition)
             if not has_no_poles(derived, found):
                 raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
-            return compared([_finished(derived, found)])
+            return _finished(derived, found)
         except Unsuited as why:
             raise ModelError(
                 f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "

@@ -157,12 +157,13 @@ def linear_momentum(bodies: Sequence[Moving]) -> Vector:
     return sum((b.center.total * b.part.mass for b in bodies), start=Vector())
 
 
-def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:
-    """Σ I·ω + r × m v about a point fixed in the inertial frame."""
+def angular_momentum(bodies: Sequence[Moving], about: Point, shift: Vector = Vector()) -> Vector:  # noqa: B008, vectors are frozen
+    """Σ I·ω + r × m v about a point fixed in the inertial frame, or the place at a `shift` from it."""
     total = Vector()
     for b in bodies:
+        arm = b.part.mass_center.position(about) - shift
         for motion, mass in b.momenta:
-            total = total + b.part.mass_center.position(about).cross(motion.total * mass)
+            total = total + arm.cross(motion.total * mass)
         if b.rotation is not None:
             total = total + b.rotation.inertia.times(b.rotation.motion.total)
     return total

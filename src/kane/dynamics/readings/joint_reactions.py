@@ -158,18 +158,11 @@ def _check_cut(place: Point | Frame) -> None:
 
 
 def _through_point(point: Point) -> Callable[[Point], bool]:
-    return lambda p: any(x is point for x in p.ancestry())
+    return lambda p: point in p.ancestry()
 
 
 def _through_frame(frame: Frame) -> Callable[[Basis], bool]:
-    return lambda f: any(x is frame for x in _line(f))
-
-
-def _line(frame: Basis) -> list[Basis]:
-    line = [frame]
-    while line[-1].parent is not None:
-        line.append(line[-1].parent)
-    return line
+    return lambda f: frame in f.lineage
 
 
 def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
@@ -201,12 +194,12 @@ def _extended(system: System) -> list[tuple[str, Point, Frame]]:
 def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
     """Frames beyond a point: each belongs to the nearest body up its line of parents."""
     sides = {frame: reached(center) for _, center, frame in _extended(system)}
-    between = {f for frame, far in sides.items() if far for f in _line(frame)}
+    between = {f for frame, far in sides.items() if far for f in frame.lineage}
 
     def far(frame: Basis) -> bool:
-        for f in _line(frame):
-            if f in sides:
-                return sides[f]
+        owner = next((f for f in frame.lineage if f in sides), None)
+        if owner is not None:
+            return sides[owner]
         if frame in between and frame.parent is not None:
             raise ReactionError(
                 f"Expected torques on frames of bodies to find the torque at the point {point.name}, got one on {frame.name}, of "

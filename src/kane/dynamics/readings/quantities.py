@@ -132,24 +132,13 @@ def without_rates(derived: Derived, root: Expr) -> Expr:
 
 
 def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
-    second: dict[Expr, Expr] = {
-        s: derived.system.states[s.place]
-        for s in free_symbols(roots)
-        if isinstance(s, Rate) and isinstance(s.place, StateVariable) and s.place in derived.system.states
-    }
-    second |= {
-        s: time_derivative(derived, s.place)
-        for s in free_symbols(roots)
-        if isinstance(s, Rate)
-        and (
-            isinstance(s.place, QuasiRate)
-            or (
-                isinstance(s.place, Rate)
-                and not isinstance(s.place.place, Speed | StateVariable)
-                and input_of(s) is None
-            )
-        )
-    }
+    second: dict[Expr, Expr] = {}
+    for s in free_symbols(roots):
+        of = s.place if isinstance(s, Rate) and input_of(s) is None else None
+        if isinstance(of, StateVariable) and of in derived.system.states:
+            second[s] = derived.system.states[of]
+        elif isinstance(of, QuasiRate) or (isinstance(of, Rate) and not isinstance(of.place, Speed | StateVariable)):
+            second[s] = time_derivative(derived, of)
     roots = list(map(substituting(second), roots)) if second else roots
     forms: dict[Expr, Affine] = {}
     return [derived.kinematical.in_speeds(e, forms) for e in roots]

@@ -25,7 +25,7 @@ from kane.dynamics import inverse_dynamics as trees
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.classical import solved_reactions
 from kane.dynamics.formulation.recursive import BENT, WAYS
-from kane.dynamics.readings.energy import linear_momentum, mass_center
+from kane.dynamics.readings.energy import angular_momentum, linear_momentum, mass_center
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ExpressionError, ModelError, SingularError, ValueMissingError, alike, cut
 from kane.expr.build import add, neg, sub
@@ -216,14 +216,7 @@ def centroidal_momentum_matrix(solved: Solved) -> Matrix:
     d = solved.derived
     bodies, frame = d.bodies, d.system.inertial
     origin = bodies[0].part.mass_center
-    p, center = linear_momentum(bodies), mass_center(bodies, origin)
-    about = Vector()
-    for b in bodies:
-        arm = b.part.mass_center.position(origin) - center
-        for motion, mass in b.momenta:
-            about = about + arm.cross(motion.total * mass)
-        if b.rotation is not None:
-            about = about + b.rotation.inertia.times(b.rotation.motion.total)
+    p, about = linear_momentum(bodies), angular_momentum(bodies, origin, mass_center(bodies, origin))
     rows = [weighted([x], [ONE], d.speeds) for x in (*p.components(frame), *about.components(frame))]
     return Matrix(rows, (6, len(d.speeds)))
 
