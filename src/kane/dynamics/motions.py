@@ -17,6 +17,7 @@ from typing import Any
 from kane import show
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
 from kane.dynamics.constraints.manifold import numbers_near
+from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates
@@ -59,24 +60,24 @@ class Motions(Immutable):
 
     # Constraints ---------------------------------------------------------------------------------------------------------
 
+    _embedded = read[Embedding](
+        lambda m: m.embedding or embedding(m.derived.constraints, Partition((), (), ())),
+        "Of nothing without constraints.",
+    )
     A = Derived.A.within("derived")
     b = Derived.b.within("derived")
     dependent_speeds = read[tuple[Speed, ...]](
-        lambda m: Symbols(m.derived.speeds[i] for i in m.embedding.partition.dependent) if m.embedding else (),
+        lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.partition.dependent),
         "u_D, which the constraints give.",
     )
     independent_speeds = read[tuple[Speed, ...]](
-        lambda m: Symbols(m.derived.speeds[i] for i in m.embedding.independent) if m.embedding else m.derived.speeds,
-        "u_I.",
+        lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.independent), "u_I."
     )
     degrees_of_freedom = read[int](
         lambda m: len(m.independent_speeds), "p = n − m: speeds less the constraints that do not follow from others."
     )
-    A_n = read[Matrix](
-        lambda m: m.embedding.a_n if m.embedding else Matrix([], (0, len(m.derived.speeds))),
-        "A_n of u_D = A_n u_I + b_n.",
-    )
-    b_n = read[Exprs](lambda m: m.embedding.b_n if m.embedding else (), "b_n of u_D = A_n u_I + b_n.")
+    A_n = read[Matrix](lambda m: m._embedded.a_n, "A_n of u_D = A_n u_I + b_n.")
+    b_n = read[Exprs](lambda m: m._embedded.b_n, "b_n of u_D = A_n u_I + b_n.")
 
     @read
     def independent(self) -> Motions:
@@ -86,9 +87,7 @@ class Motions(Immutable):
     @read
     def _kinematics(self) -> Kinematics:
         whole = self.derived.as_declared.kinematics
-        if self.embedding is None or not self.nonholonomic:
-            return whole
-        return whole.with_following(self.embedding.following(self.derived.speeds), {})
+        return whole.with_following(self._embedded.following(self.derived.speeds), {}) if self.nonholonomic else whole
 
     # Frames --------------------------------------------------------------------------------------------------------------
 
@@ -237,9 +236,10 @@ def motions(
     """
     system = scaffold(inertial, speeds, of, holonomic, nonholonomic, dependent_speeds, coordinates)
     parts = derived(system, None if near is None else numbers_near(system, near))
-    held = parts.constraints.constraints
-    partition = first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
-    return Motions(parts, None if partition is None else embedding(parts.constraints, partition))
+    rows = parts.constraints
+    if not rows.constraints:
+        return Motions(parts, None)
+    return Motions(parts, embedding(rows, first_partition(system, rows, parts.compared, lambda: parts.mass_matrix)))
 
 
 def _restored(

@@ -6,7 +6,7 @@ what turns with it is: the auxiliary speed moves that as one, by v = n or by ω 
 others do not follow, are found by partial velocities as on the classical route.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
@@ -19,7 +19,7 @@ from kane.kinematics.links import Link, Tree, tree_of
 from kane.kinematics.segments import Segments
 from kane.model.constraints import Cut, constraint_of, cut_of
 from kane.space.frame import Frame, Point
-from kane.space.rotation import Triple, cross3
+from kane.space.rotation import Basis, Triple, cross3
 from kane.space.vector import Vector
 from kane.tree.triples import turned_down
 from kane.tree.values import SpatialForce
@@ -142,9 +142,17 @@ def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:
     if at.parent is None or aligned.rates(at)[0] is aligned.rates(at.parent)[0]:
         return None
     return [
-        sum(at in (part.frame or aligned.owners.get(link.basis, link.basis)).lineage for part, _ in link.parts)
+        sum(at in ancestry(part.frame or aligned.owners.get(link.basis, link.basis)) for part, _ in link.parts)
         for link in links
     ]
+
+
+def ancestry(frame: Basis) -> Iterator[Basis]:
+    """The frame, its parent, … up to the root: also those that a rotation about one axis with others passes over."""
+    f: Basis | None = frame
+    while f is not None:
+        yield f
+        f = f.parent
 
 
 def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
@@ -163,7 +171,7 @@ def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
         return whole
     root = links[whole[-1]]
     above = links[root.parent or 0].basis  # where that turns, too, it is about an origin elsewhere
-    elsewhere = not root.offset.is_zero and cut.at in aligned.owners.get(above, above).lineage
+    elsewhere = not root.offset.is_zero and cut.at in ancestry(aligned.owners.get(above, above))
     return [] if elsewhere else whole[-1:]
 
 

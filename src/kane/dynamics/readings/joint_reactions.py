@@ -19,6 +19,7 @@ import numpy as np
 
 from kane.dynamics.derivation import Derived, check_placed
 from kane.dynamics.forcing import Moving
+from kane.dynamics.formulation.joint_cuts import ancestry
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of
@@ -162,7 +163,7 @@ def _through_point(point: Point) -> Callable[[Point], bool]:
 
 
 def _through_frame(frame: Frame) -> Callable[[Basis], bool]:
-    return lambda f: frame in f.lineage
+    return lambda f: frame in ancestry(f)
 
 
 def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
@@ -194,10 +195,10 @@ def _extended(system: System) -> list[tuple[str, Point, Frame]]:
 def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
     """Frames beyond a point: each belongs to the nearest body up its line of parents."""
     sides = {frame: reached(center) for _, center, frame in _extended(system)}
-    between = {f for frame, far in sides.items() if far for f in frame.lineage}
+    between = {f for frame, far in sides.items() if far for f in ancestry(frame)}
 
     def far(frame: Basis) -> bool:
-        owner = next((f for f in frame.lineage if f in sides), None)
+        owner = next((f for f in ancestry(frame) if f in sides), None)
         if owner is not None:
             return sides[owner]
         if frame in between and frame.parent is not None:
