@@ -76,6 +76,18 @@ def test_no_numbers(given):
     assert message(expect.number, given, "a number").startswith("Expected a number, got ")
 
 
+@pytest.mark.parametrize(
+    "given", [[1j, 0], np.array([1j]), np.ma.array([1.0, 2.0], mask=[False, True]), None, ["x"], [[1], [2, 3]]]
+)
+def test_no_arrays_of_floats(given):
+    assert message(expect.floats, given, "numbers").startswith("Expected numbers, got ")
+
+
+def test_arrays_of_floats():
+    for given in (range(3), [0, 1, 2], np.arange(3, dtype=np.float32), np.ma.array([0, 1, 2])):
+        assert expect.floats(given, "numbers").tolist() == [0.0, 1.0, 2.0]
+
+
 def test_whole_numbers():
     assert expect.whole(np.int32(3), "a count", least=1) == 3
     for given in (0, 11, 2.0, True, "3"):

@@ -145,14 +145,22 @@ def whole(
     return int(given)
 
 
+def reals(given: Any) -> "npt.NDArray[np.float64]":
+    """An array of floats; a TypeError or ValueError where there is none, or NumPy would drop imaginary parts, a mask or None."""
+    import numpy as np  # `import kane` does without
+
+    array, mask = np.asarray(given), getattr(given, "mask", None)
+    if given is None or array.dtype.kind == "c" or (isinstance(mask, np.ndarray) and mask.any()):
+        raise TypeError("complex or masked numbers, or none")
+    return np.asarray(array, dtype=np.float64)
+
+
 def floats(
     given: Any, expected: str, cure: str = "", *, came: Words = "", error: Error = ModelError
 ) -> "npt.NDArray[np.float64]":
     """An array of floats of what NumPy makes one of."""
-    import numpy as np  # `import kane` does without
-
     try:
-        return np.asarray(given, dtype=np.float64)
+        return reals(given)
     except (TypeError, ValueError, OverflowError) as wrong:
         raise refusal(error, expected, said(came) or cut(repr(given)), cure) from wrong
 

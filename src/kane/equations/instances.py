@@ -188,7 +188,7 @@ def _symbol_for(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol]
 
 def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
     """Those of the values that are arrays. A tuple as an input is a function with its derivatives."""
-    listed = (np.ndarray, list) if kind == "inputs" else (np.ndarray, list, tuple)
+    listed = (np.ndarray, list, range) if kind == "inputs" else (np.ndarray, list, range, tuple)
     result: dict[Any, Array] = {}
     for s, value in values.items():
         if isinstance(value, listed) or hasattr(value, "to_numpy"):

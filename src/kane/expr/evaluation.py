@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import Attributes, ExpressionError, ValueMissingError, alike, cut
+from kane.expect import reals
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, as_exprs, constant_value, nodes, postorder
 from kane.expr.ops import ADD, DIV, GONE, LESS, MUL, NEG, OPS, PI, REGULAR, SQRT, SUB, SYMBOL, WHERE, Op
@@ -281,7 +282,7 @@ def _plain(value: Any) -> Any:
     if type(value) is float:
         return value
     try:
-        array = np.asarray(value, dtype=np.float64)
+        array = reals(value)
     except (TypeError, ValueError, OverflowError) as error:
         raise ExpressionError(
             f"Expected a real number or an array of them as a value, got {type(value).__name__}: {cut(value)}."

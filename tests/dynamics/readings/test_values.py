@@ -49,6 +49,15 @@ def test_arrays_that_do_not_fit_are_named(robot):
         robot.evaluate(robot.accelerations, q=[0.3, [0.1, 0.2], 0.4], u=[0.1, [0.1, 0.2, 0.3], 0.3])
 
 
+@pytest.mark.parametrize("given", [np.complex128(1j), np.array([1j]), np.ma.array([1.0, 2.0], mask=[0, 1]), None])
+def test_what_is_no_real_number_is_named(robot, given):
+    with pytest.raises(kn.ExpressionError, match="Expected a real number or an array of them as a value"):
+        robot.evaluate(robot.accelerations, q=[0.1, given, 0.4], u=[0.1, 0.2, 0.3])
+    if np.size(given) == 1:
+        with pytest.raises(kn.SimulationError, match="Expected a number as the start value for q2"):
+            kn.simulate(robot, (0, 1), q=[0.1, given, 0.4], u=0)
+
+
 def test_a_missing_value_is_named_at_every_call(robot):
     for _ in range(2):
         with pytest.raises(kn.ValueMissingError, match="got none for q"):

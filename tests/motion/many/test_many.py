@@ -384,6 +384,13 @@ def test_numbers_alone_are_one_instance():
     assert kn.simulate_many(TWO, (0, 1), q=[0.1, 0], u=[0, 0], samples=3).sizes["instance"] == 1
 
 
+def test_a_range_has_a_number_for_each():
+    many, listed = (
+        kn.simulate_many(TWO, (0, 1), q={"q1": own, "q2": 0.1}, u=0, samples=3) for own in (range(3), [0.0, 1.0, 2.0])
+    )
+    np.testing.assert_array_equal(many["end_state"], listed["end_state"])
+
+
 START = {"q": [0.1, 0.2], "u": [0, 0]}
 
 
