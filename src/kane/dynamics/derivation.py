@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kane.dynamics import forcing
-from kane.dynamics.constraints.manifold import Manifold, manifold
-from kane.dynamics.constraints.partition import Compared, compared
+from kane.dynamics.constraints.dependence import check_determinate, steady_speeds
+from kane.dynamics.constraints.manifold import Manifold, manifold, numbers_near
+from kane.dynamics.constraints.partition import Compared, Partition, chosen, compared
 from kane.dynamics.forcing import Blocks, Inertias, Moving, blocks, homes, inertias_of, mass_rows, moving_parts
 from kane.dynamics.lazy import LazyMapping, read
 from kane.errors import ModelError, NotAffineError, ReactionError, cut
@@ -20,7 +21,7 @@ from kane.expr.build import add, sub, sum_of
 from kane.expr.differentiation import Affine, affine_forms, time_derivative
 from kane.expr.evaluation import Prices, free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr, Exprs
+from kane.expr.node import ONE, ZERO, Expr, Exprs, constant_value
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
@@ -366,15 +367,45 @@ def free_fall(system: System) -> Vector:
     return sum((g.acceleration for g in system.gravities), start=Vector())
 
 
-def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Derived:
+def derived(system: System, near: Mapping[Any, Any] | Sequence[float] | None = None) -> Derived:
     """Speeds, motions of bodies and rows of constraints of a system; what it must satisfy is said by `kane.derive`."""
+    place = None if near is None else numbers_near(system, near)
     speeds = generalized_speeds(system)
     auxiliary, pairs = _auxiliary_speeds(system)
     kinematics, inertias = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
     check_reaction_places(system, kinematics)
     rows = constraint_rows(system.constraints, kinematics, auxiliary)
     check_released(system, rows)
-    return Derived(system, auxiliary, pairs, speeds, kinematics, inertias, rows, near)
+    return Derived(system, auxiliary, pairs, speeds, kinematics, inertias, rows, place)
+
+
+def first_partition(parts: Derived) -> Partition | None:
+    """The partition at configurations that satisfy the constraints, parameters at their defaults; None without constraints.
+
+    What the user made dependent is taken first, then what follows everywhere, of that what the shortest equations have. There the
+    constraints must give `dependent_speeds` and not contradict each other, and every reaction must be determined.
+    """
+    system, rows = parts.system, parts.constraints
+    if not rows.constraints:
+        return None
+    found = parts.compared
+    place = {u: i for i, u in enumerate(system.speeds)}
+    easy = np.array([constant_value(x) is not None for x in rows.a.entries]).reshape(rows.a.shape)
+    preferred = [place[u] for u in system.dependent_speeds]
+    partition = chosen(found.a, found.at.special, preferred, easy)
+    if not set(preferred) >= set(partition.dependent):
+        steady = steady_speeds(found, rows.a, partition.dependent, preferred, lambda: parts.mass_matrix)
+        if steady is not None and set(steady) != set(partition.dependent):
+            partition = chosen(found.a, found.at.special, steady, easy)
+    strangers = [str(u) for u in system.dependent_speeds if place[u] not in partition.dependent]
+    if strangers:
+        names = ", ".join(u.name for u, i in place.items() if i in partition.dependent)
+        raise ModelError(
+            f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
+            f"with the others listed. Leave them out to have them chosen, or name others: {names} will do."
+        )
+    check_determinate(system, rows, found, partition.redundant)
+    return partition
 
 
 def by_other_speeds(

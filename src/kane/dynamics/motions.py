@@ -15,10 +15,9 @@ from types import MappingProxyType
 from typing import Any
 
 from kane import show
-from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
-from kane.dynamics.constraints.manifold import numbers_near
+from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derivation import Derived, derived
+from kane.dynamics.derivation import Derived, derived, first_partition
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates
 from kane.errors import SpaceError, SpeedsError, cut
@@ -235,11 +234,9 @@ def motions(
         if a constraint is not affine in the rates, or holds nothing
     """
     system = scaffold(inertial, speeds, of, holonomic, nonholonomic, dependent_speeds, coordinates)
-    parts = derived(system, None if near is None else numbers_near(system, near))
-    rows = parts.constraints
-    if not rows.constraints:
-        return Motions(parts, None)
-    return Motions(parts, embedding(rows, first_partition(system, rows, parts.compared, lambda: parts.mass_matrix)))
+    parts = derived(system, near)
+    partition = first_partition(parts)
+    return Motions(parts, None if partition is None else embedding(parts.constraints, partition))
 
 
 def _restored(

@@ -13,10 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import expect, show
-from kane.dynamics.constraints.embed import Embedding, first_partition
-from kane.dynamics.constraints.manifold import numbers_near
+from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derivation import Derived, derived
+from kane.dynamics.derivation import Derived, derived, first_partition
 from kane.dynamics.forcing import Moving
 from kane.dynamics.formulation.table import ASKED, solved
 from kane.dynamics.lazy import LazyMapping, read
@@ -551,11 +550,8 @@ def derive(
     if route is not None and route not in ASKED:
         raise ModelError(f"Expected route= None for the shortest or one of {none_of(ASKED, route)}")
     with working("Deriving"), collecting_seldom(), remembering():
-        parts = derived(system, None if near is None else numbers_near(system, near))
-        held = parts.constraints.constraints
-        partition = (
-            first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
-        )
+        parts = derived(system, near)
+        partition = first_partition(parts)
         if system.loads:
             check_potentials(parts)
         if route is not None:
@@ -584,8 +580,9 @@ def _reduced(solution: Solved) -> tuple[Any, ...]:
 
 def _restored(system: System, near: Mapping[Any, Any] | None, partition: Partition | None, route: str | None) -> Solved:
     eom = derive(system, near=near, route=route)
-    again = partition is None or (eom.embedding is not None and eom.embedding.partition == partition)
-    return (eom if again or partition is None else repartition(eom, partition)).solved
+    if partition is None or (eom.embedding is not None and eom.embedding.partition == partition):
+        return eom.solved
+    return repartition(eom, partition).solved
 
 
 copyreg.pickle(Solved, _reduced)

@@ -243,16 +243,14 @@ def _check_affine(system: System) -> None:
         )
 
 
-def check_determinate(
-    system: System, rows: ConstraintRows, numbers: Array, found: Configurations, left_out: Sequence[int]
-) -> None:
+def check_determinate(system: System, rows: ConstraintRows, compared: Compared, left_out: Sequence[int]) -> None:
     """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
 
-    That no configuration was found is said too, unless it may be for values that are not known here. `numbers` are A at the
-    configurations `found`, of which the rows `left_out` follow from the others: a reaction is determined where its column of A_a
-    adds nothing to the rank of A. Errors are motion constraints that contradict each other whatever the parameters, and reactions
-    that are not determined.
+    That no configuration was found is said too, unless it may be for values that are not known here. At the configurations `compared`
+    the rows `left_out` follow from the others: a reaction is determined where its column of A_a adds nothing to the rank of A. Errors
+    are motion constraints that contradict each other whatever the parameters, and reactions that are not determined.
     """
+    numbers, found = compared.a, compared.at
     if found.missed:
         _check_affine(system)
     a = numbers[0]

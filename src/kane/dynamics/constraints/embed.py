@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Constraints embedded: the dependent speeds, first chosen, by the independent ones.
+"""Constraints embedded: the dependent speeds by the independent ones.
 
 With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gives
 
@@ -26,22 +26,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.constraints.dependence import check_determinate, steady_speeds
 from kane.dynamics.constraints.manifold import Manifold
-from kane.dynamics.constraints.partition import Compared, Partition, chosen
+from kane.dynamics.constraints.partition import Compared, Partition
 from kane.dynamics.forcing import Blocks
 from kane.dynamics.lazy import read
-from kane.errors import ModelError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr, constant, constant_value
+from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.regular import Guards, Sizes, guarding, guards, guards_by_parts, largest, size
 from kane.expr.square_system import Divisor, SquareSolver, square
 from kane.expr.symbols import Speed
 from kane.kinematics.velocities import Following
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.constraints import Constraint
-from kane.model.system import System
 from kane.numeric.scale import CLOSED_NEARLY
 
 
@@ -193,32 +190,6 @@ def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -
     after = (lambda: (x for m in (a_n, a_na, b_n) for x in m.entries), c)
     sizes = guards_by_parts([(d.value, d.size) for d in solver.divisors], before, after)
     return DependentSpeeds(a_n, a_na, b_n.entries, c, solver.divisors, sizes)
-
-
-def first_partition(system: System, rows: ConstraintRows, compared: Compared, mass: Callable[[], Matrix]) -> Partition:
-    """The partition at configurations that satisfy the constraints, parameters at their defaults.
-
-    What the user made dependent is taken first, then what follows everywhere, of that what the shortest equations have, to which the
-    `mass` matrix belongs. There the constraints must give `dependent_speeds` and not contradict each other, and every reaction must be
-    determined.
-    """
-    place = {u: i for i, u in enumerate(system.speeds)}
-    easy = np.array([constant_value(x) is not None for x in rows.a.entries]).reshape(rows.a.shape)
-    preferred = [place[u] for u in system.dependent_speeds]
-    partition = chosen(compared.a, compared.at.special, preferred, easy)
-    if not set(preferred) >= set(partition.dependent):
-        steady = steady_speeds(compared, rows.a, partition.dependent, preferred, mass)
-        if steady is not None and set(steady) != set(partition.dependent):
-            partition = chosen(compared.a, compared.at.special, steady, easy)
-    strangers = [str(u) for u in system.dependent_speeds if place[u] not in partition.dependent]
-    if strangers:
-        names = ", ".join(u.name for u, i in place.items() if i in partition.dependent)
-        raise ModelError(
-            f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
-            f"with the others listed. Leave them out to have them chosen, or name others: {names} will do."
-        )
-    check_determinate(system, rows, compared.a, compared.at, partition.redundant)
-    return partition
 
 
 _HOLDS = 1e-2
