@@ -57,8 +57,7 @@ def _of_tree(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]] 
             columns = closed_slopes(solved, symbols)
     except (Unsuited, SingularError):
         return None
-    rates = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.rates]
-    further = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.state_rates]
+    rates, further = ([[_slope(e, s) for s in symbols] for e in own] for own in (solved.rates, solved.state_rates))
     return [*rates, *zip(*columns, strict=True), *further]
 
 

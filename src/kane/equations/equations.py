@@ -554,22 +554,20 @@ def derive(
         partition = first_partition(parts)
         if system.loads:
             check_potentials(parts)
-        if route is not None:
-            return _equations(replace(solved(parts, partition, route), asked=route))
-        return _equations(_solved(parts, partition, without_poles(parts, partition)))
+        return _solved(parts, partition, route)
 
 
 def repartition(eom: Equations, partition: Partition) -> Equations:
     """The same equations with other dependent speeds, as if these had been named: free of false poles of W where they make them so."""
-    asked = eom.solved.asked
+    return _solved(eom.derived, partition, eom.solved.asked, fixed=True)
+
+
+def _solved(parts: Derived, partition: Partition | None, asked: str | None, *, fixed: bool = False) -> Equations:
+    """By the route that is `asked` for; else the shortest, or, with speeds that are regular at false poles, the one without these."""
     if asked is not None:
-        return _equations(replace(solved(eom.derived, partition, asked), asked=asked))
-    return _equations(_solved(eom.derived, partition, without_poles(eom.derived, partition, fixed=True)))
-
-
-def _solved(parts: Derived, partition: Partition | None, regular: Partition | None) -> Solved:
-    """By the shortest route, or, with dependent speeds with which they are `regular` at false poles, by the one without these."""
-    return solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds")
+        return _equations(replace(solved(parts, partition, asked), asked=asked))
+    regular = without_poles(parts, partition, fixed)
+    return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
 
 
 def _reduced(solution: Solved) -> tuple[Any, ...]:
