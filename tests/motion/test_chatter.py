@@ -64,6 +64,15 @@ def test_switches_that_are_crossed_are_none(seed):
     assert sol.status == "finished"
 
 
+def test_steps_of_one_length_that_turn_back_at_once():
+    """Pulled back to x = 0 by 1 N a particle of 1e-5 m/s swings within 5e-11 m: steps of 0.1 s are shortened, and counted."""
+    eom = line(-kn.sign(x), 0.0)
+    sol = kn.simulate(eom, (0, 1e-4), q=[0], u=[1e-5], method="rk4", max_step=0.1, samples=[3e-5, 5e-5])
+    assert sol.q[:, 0] == pytest.approx([0, -5e-11, 5e-11, 0], abs=1e-16)
+    told = kn.simulate(eom, (0, 1), q=[0], u=[1e-5], method="rk4", max_step=0.1, max_steps=20)
+    assert told.message.startswith("20 steps were not enough")
+
+
 @pytest.mark.slow
 def test_a_motion_that_hardly_gets_on():
     """By an explicit method a rate of 1e9 /s takes steps of 1e-9 s; what was asked for is done all the same."""

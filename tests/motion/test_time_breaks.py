@@ -96,6 +96,20 @@ def test_no_pulse_is_leapt_over_wherever_it_stands(name):
             )
 
 
+@pytest.mark.parametrize("method", ["dop853", "gauss16", "DOP853"])
+@pytest.mark.parametrize("then", [None, {v: v + 1}, lambda u, **_: {v: u[v] + 1}], ids=["noted", "kernel", "python"])
+def test_an_event_at_a_breakpoint_is_met_beside_loads_that_switch(method, then):
+    """Steps end just before t = 0.5 and begin just after it: the event lies between, whatever the sides of switches are begun with."""
+    step = kn.Event("step", kn.time, threshold=0.5, terminal=False, then=then)
+    force = kn.Force(P, (kn.where(kn.less(kn.time, 0.5), 0, 2) - kn.sign(x + 5)) * N.x)
+    system = kn.System(N, bodies=[kn.Particle("m", P, 1)], speeds={v: x.dt}, loads=[force], events=[step])
+    sol = kn.simulate(kn.derive(system), (0, 2), q=[0], u=[2], method=method, samples=3)
+    assert [(e.name, pytest.approx(t)) for e, t in sol.events] == [("step", 0.5)]
+    before, more, rest = 1.5, 0.0 if then is None else 1.0, 1.5  # −1 N, then 1 N
+    assert sol.u[-1, 0] == pytest.approx(before + more + rest)
+    assert sol.q[-1, 0] == pytest.approx(2 * 0.5 - 0.5**2 / 2 + (before + more) * rest + rest**2 / 2)
+
+
 def check(kind, method, rng):
     height, plain = KINDS[kind]
     values = {V: float(rng.uniform(0.5, 20)), S: float(rng.uniform(-2, 5))}

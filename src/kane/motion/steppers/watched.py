@@ -276,8 +276,8 @@ class Watched:
         back, aimed = self.verdict.get() >= _BACK, self.verdict.get() < _SHORTER
         with w.when(~aimed):
             self.no_end()
-            if not o.fixed:
-                o.put(Slot.STEP, w.select(back, 0.0, h * LATER))
+            # of a step that turns back, steps of one length keep theirs, and others choose one
+            o.put(Slot.STEP, w.select(back, o.get(Slot.STEP) if o.fixed else 0.0, h * LATER))
         with w.few(self.count) as e:
             returned = back & (self.turns[self.mark(0, e)] > 1.5)
             self.turns[self.mark(0, e)] = w.select(returned, 1.0, 0.0)
@@ -339,20 +339,17 @@ class Watched:
             with w.when(self.again.get() > 0):
                 w.rehoist(o.p)
             self.rounds.put(self.rounds.get() + 1)
-        with w.few(self.count) as e, w.when(~known):
+        # events keep what was seen of them: at a breakpoint they may pass between the end of one step and the beginning of the next
+        with w.few(self.count, self.own) as e, w.when(~known):
             value = self.instant[values + e]
-            self.seen[e] = value
-            with w.when(self.turning(e)):
-                fresh = w.select(turned, self.turns[self.mark(0, e)] > 0.0, w.compute("abs", value) <= 0.0)
-                with w.when(fresh):
-                    self.seen[e] = 0.0
-                for k, x in enumerate(
-                    (w.constant(1.0), -c.direction(e), w.constant(1.0), w.constant(0.0), w.constant(LATER))
-                ):
-                    c.leaves[e * LEAVES + k] = w.select(fresh, x, 0.0)
-                self.turns[self.mark(0, e)] = 0.0
-                with w.when(~turned):
-                    self.turns[self.mark(1, e)] = 0.0
+            fresh = w.select(turned, self.turns[self.mark(0, e)] > 0.0, w.compute("abs", value) <= 0.0)
+            self.seen[e] = w.select(fresh, 0.0, value)
+            leaves = (w.constant(1.0), -c.direction(e), w.constant(1.0), w.constant(0.0), w.constant(LATER))
+            for k, x in enumerate(leaves):
+                c.leaves[e * LEAVES + k] = w.select(fresh, x, 0.0)
+            self.turns[self.mark(0, e)] = 0.0
+            with w.when(~turned):
+                self.turns[self.mark(1, e)] = 0.0
         o.put(Slot.SIDED, 1.0)
 
     def p_side(self, e: Term, side: Term) -> None:
