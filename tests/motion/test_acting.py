@@ -416,6 +416,23 @@ def test_a_prescribed_motion_does_not_jump():
     stopped_by(sol, 0.5, r"Expected the prescribed motion r.* without a jump at t = 0\.5")
 
 
+@pytest.mark.parametrize(
+    "law", [1 - kn.cos(kn.time), (lambda t: 1 - np.cos(t), np.sin, np.cos)], ids=["expression", "functions"]
+)
+def test_a_prescribed_motion_ends_where_its_rate_is_zero_but_for_rounding(law):
+    """sin 2π is −2.4e-16 in numbers. The particle on a spring along a rail that comes to rest swings on as it is then."""
+    r = kn.input("r", "m")
+    Q = O.at("R", r * N.y).at("Q", y * N.y)
+    rests = kn.Event("rests", kn.time, threshold=2 * np.pi, then={r: 0.0})
+    pull = kn.Force(Q, -kn.parameter("k", 8.0, "N/m") * y * N.y)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", Q, m)], speeds={v: y.dt}, loads=[pull], events=[rests]))
+    sol = kn.simulate(eom, (0, 10), q=[1], u=[0], inputs={r: law}, samples=101)
+    assert sol.status == "finished"
+    # y'' + 4 y = −cos t, at t = 2π again y = 1 and at rest; then y = cos 2t
+    exact = np.where(sol.t <= 2 * np.pi, 4 / 3 * np.cos(2 * sol.t) - np.cos(sol.t) / 3, np.cos(2 * sol.t))
+    np.testing.assert_allclose(sol["y"], exact, atol=1e-7)
+
+
 @pytest.mark.parametrize("method", ["auto", "DOP853"])
 def test_steps_are_counted_over_all_phases(method):
     """What is said where steps run out is how many there were to be, not how many the last phase had left."""

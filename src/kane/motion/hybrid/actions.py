@@ -3,6 +3,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,13 @@ from kane.model.declarations import Event, target
 from kane.motion.hybrid.automaton import acting, leapt_over
 from kane.motion.inputs.expressions import value
 from kane.motion.inputs.functions import Function, input_functions
+from kane.motion.inputs.smooth import curve
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import inherited_inputs
 from kane.motion.start import check_masses
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import finite_number
-from kane.numeric.scale import EQUAL
+from kane.numeric.scale import EQUAL, NEAR_TIME
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,19 +144,20 @@ def _asked(before: Instant, event: Event) -> Mapping[Any, Any]:
 def _inputs(
     before: Instant, new: Mapping[Expr, Any], constants: Mapping[Expr, float], end: float
 ) -> Mapping[Expr, Function]:
-    """The inputs from then on; what prescribes a motion must go on without a jump."""
+    """The inputs from then on; what prescribes a motion must not jump by more than rounding and what it does in times that are one."""
     given = {s: what for s, what in new.items() if isinstance(s, Input)}
     if not given and constants == before.phase.parameters:
         return before.phase.inputs
     eom, t = before.first, before.t
     laws = inherited_inputs(eom, before.phase, given, constants)
     made = input_functions(eom, laws, (t, max(end, float(np.nextafter(t, np.inf)))), constants)
-    for s in eom.inputs:
-        above = any(input_of(r) is input_of(s) and len(r.name) > len(s.name) for r in eom.inputs)
-        if not above:
+    for s, rate in pairwise(eom.inputs):
+        if input_of(s) is not input_of(rate):
             continue
-        old, now = (value(f[s], t, before.x) for f in (before.phase.inputs, made))
-        if abs(now - old) > EQUAL * max(abs(now), abs(old)):
+        laws = before.phase.inputs, made
+        (old, now), rates = ([value(f[x], t, before.x) for f in laws] for x in (s, rate))
+        near = EQUAL * max(abs(now), abs(old)) + NEAR_TIME * (end - t) * max(map(abs, rates))
+        if abs(now - old) > near + sum(curve(f[s]).rounding(t) for f in laws):
             raise SimulationError(
                 f"Expected the prescribed motion {s} without a jump at t = {t:.9g}, where an event changes it, got {old:.6g} before "
                 f"and {now:.6g} after: it would need an infinite force. Let the new law begin where the old one ends."
