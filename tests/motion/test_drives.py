@@ -141,6 +141,15 @@ def test_bad_signals(t: list[float], y: list[float], message: str) -> None:
         kn.signal(t, y)
 
 
+def test_ends_that_do_not_suit_a_signal() -> None:
+    with pytest.raises(
+        kn.SimulationError, match=r"last value of a signal that is periodic to be its first one, 0, got 2\."
+    ):
+        kn.signal([0, 1, 2], [0, 1, 2], ends="periodic")
+    with pytest.raises(kn.SimulationError, match=r"ends of a signal to be one of not-a-knot, .* got 'free'"):
+        kn.signal([0, 1, 2], [0, 1, 2], ends="free")  # type: ignore[arg-type]
+
+
 def test_a_signal_that_ends_before_the_span() -> None:
     eom = pendulum(r)
     times = np.linspace(0, 1, 9)

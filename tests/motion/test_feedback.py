@@ -4,6 +4,7 @@
 import gc
 import os
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -45,6 +46,14 @@ LAWS = {
     "functions": {F: lambda t, x: -K[0] @ x, G: lambda t, x: -K[1] @ x},
     "mixed": {F: lambda t, x: -K[0] @ x, G: -(0.1 * x + 2 * y + 0.9 * w)},
 }
+
+
+def test_laws_in_the_order_of_the_inputs():
+    laws = [lambda t, x: -K[0] @ x, kn.sampled(lambda t, x: 2.0, 0.5)]
+    one, other = (
+        kn.simulate(EOM, (0, 1), inputs=given, **START) for given in (laws, dict(zip((F, G), laws, strict=True)))
+    )
+    assert np.array_equal(one.states, other.states)
 
 
 @pytest.mark.slow
@@ -226,6 +235,16 @@ def test_calls_that_are_none():
         kn.sampled(3, 0.1)
     with pytest.raises(kn.SimulationError, match=r"Expected 2 values for the inputs F, G, got \[1\]"):
         kn.simulate(EOM, (0, 1), inputs={(F, G): [1]}, **START)
+    for twice in ({(F, G): lambda t, x: [1, 2], F: 5}, {F: 5, (G, F): [1, 2]}, {(F, F): [1, 2], G: 0}):
+        with pytest.raises(
+            kn.ValueMissingError, match=r"Expected one value for the input F, got two\. Leave one out\."
+        ):
+            kn.simulate(EOM, (0, 1), inputs=twice, **START)
+    locked = kn.sampled(lambda t, x, z: (0.0, z), 0.1, state=threading.Lock())
+    with pytest.raises(
+        kn.SimulationError, match=r"state of the sampled controller for F that can be copied, .*got <.*lock"
+    ):
+        kn.simulate(EOM, (0, 1), inputs={F: locked, G: 0}, **START)
     with pytest.raises(kn.ValueMissingError, match=r"got one for H|got one for 'H'"):
         kn.simulate(EOM, (0, 1), inputs={(F, "H"): [1, 2], G: 0}, **START)
     with pytest.raises(

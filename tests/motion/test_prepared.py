@@ -158,6 +158,12 @@ def test_repeated_motions_differ_by_their_inputs():
     assert ends[0] == ends[2] == ends[4] != ends[1] == ends[3] == ends[5]
 
 
+def test_a_count_of_samples_is_no_time():
+    eom = block(-k * x)
+    for samples, expected in ((np.int64(11), 11), (np.int64(11), 11), ([11.0], 3)):
+        assert len(kn.simulate(eom, (0, 20), q=[1], u=[0], parameters={"k": 3}, samples=samples)) == expected
+
+
 def test_an_event_that_python_decides_is_looked_after_on_the_way():
     eom = kn.derive(BALL.replace(events=[kn.Event("rest", x, then=lambda **now: {v: 0.0})]))
     run = kn.prepare(eom, (0, 0.5))

@@ -77,6 +77,12 @@ def test_parameters_and_inputs_go_on_unless_given_anew():
     assert "k: 9 → 1" in repr(whole.jumps[0])
 
 
+def test_inputs_in_their_order_are_given_anew():
+    first = kn.simulate(EOM, (0, 1), q=[1], u=[0], parameters={k: 9.0, c: 0.0}, inputs=[3.0])
+    for given, value in ([2.0], 2.0), (0, 0.0):
+        assert set(kn.simulate(EOM, 2, start=first, inputs=given)[F]) == {value}
+
+
 def test_what_jumps_is_right_on_both_sides():
     first = kn.simulate(EOM, (0, 1), q=[1], u=[0], inputs={F: 0.0}, samples=11)
     second = kn.simulate(EOM, 2, start=first, inputs={F: 5.0}, samples=11)

@@ -160,7 +160,8 @@ def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings 
         return None
     try:
         if type(plan.samples) is not int:
-            plan = plan._replace(samples=np.asarray(plan.samples, dtype=float).tobytes())
+            times = np.asarray(plan.samples, dtype=float)
+            plan = plan._replace(samples=(type(plan.samples), times.shape, times.tobytes()))
         kept, key = eom.numeric(settings).value(_plans), (plan, tuple((inputs or {}).items()))
         runners = kept.get(key)
         if runners is None:

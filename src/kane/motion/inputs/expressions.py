@@ -8,6 +8,7 @@ Of functions f(t, x) and controllers x is the state (q, u, a), in the order of `
 function may give several inputs.
 """
 
+import copy
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -318,6 +319,17 @@ def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -
             "a time in s, such as 0.01."
         )
     return Sampled(function, length, state)
+
+
+def copied(controller: Sampled, names: tuple[str, ...]) -> Any:
+    """The state of a controller of the inputs `names` at the start of a motion, which none of other motions changes."""
+    try:
+        return copy.deepcopy(controller.state)
+    except Exception as error:
+        raise SimulationError(
+            f"Expected a state of the sampled controller for {', '.join(names)} that can be copied, as every motion begins with it, "
+            f"got {cut(repr(controller.state))}: {error}. Give numbers, and leave in the function what cannot be copied."
+        ) from error
 
 
 @dataclass(slots=True, eq=False)

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inputs as functions of time, with the derivatives that prescribed motion needs, and the check that they are smooth."""
 
-import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from inspect import Parameter as Parameter_
 from inspect import signature as signature_of
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from kane.motion.inputs.expressions import (
     Sampled,
     SharedLaw,
     along,
+    copied,
     formula,
     gains,
     law,
@@ -91,7 +91,14 @@ def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot")
             f"Expected increasing times of a signal, got t = {at:g} again or out of order: a jump there would need an infinite force. "
             "Join the two values over a short time."
         )
-    return Signal(CubicSpline(times, values, bc_type=ends, extrapolate=False))
+    expect.one_of(ends, get_args(Ends), "the ends of a signal to be", error=SimulationError)
+    try:
+        return Signal(CubicSpline(times, values, bc_type=ends, extrapolate=False))
+    except ValueError as error:
+        raise SimulationError(
+            f"Expected the last value of a signal that is periodic to be its first one, {values[0]:.17g}, got {values[-1]:.17g}. Give "
+            'it the same value, or other ends, such as "not-a-knot".'
+        ) from error
 
 
 def input_functions(
@@ -134,29 +141,29 @@ def input_functions(
     return {s: functions_of[s] for s in eom.inputs}
 
 
-def _each(eom: Equations, inputs: Any, start: float) -> Any:
+def _each(eom: Equations, inputs: Any, start: float) -> dict[Any, Any]:
     """Inputs that have one function together, one by one: the functions of the state, f(t, x), and sampled controllers."""
-    if not isinstance(inputs, Mapping):
-        return inputs
     result: dict[Any, Any] = {}
-    for key, given in inputs.items():
+    for key, given in (inputs if isinstance(inputs, Mapping) else named_values("inputs", eom.inputs, inputs)).items():
         keys = key if isinstance(key, tuple) else (key,)
         names = tuple(str(k) for k in keys)
+        made: Sequence[Any] = [given]
         if isinstance(given, Sampled):
-            held = SampleAndHold(given, names, start, copy.deepcopy(given.state))
-            result |= {k: HeldInput(held, i) for i, k in enumerate(keys)}
+            held = SampleAndHold(given, names, start, copied(given, names))
+            made = [HeldInput(held, i) for i in range(len(keys))]
         elif _takes_state(given) or (isinstance(key, tuple) and callable(given)):
             law = ControlLaw(given, names)
-            result |= {k: LawInput(law, i) for i, k in enumerate(keys)}
+            made = [LawInput(law, i) for i in range(len(keys))]
         elif isinstance(key, tuple):
-            parts = list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]
-            if len(parts) != len(keys):
+            made = list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]
+            if len(made) != len(keys):
                 raise SimulationError(
                     f"Expected {len(keys)} values for the inputs {', '.join(names)}, got {cut(repr(given))}. Give one for each."
                 )
-            result |= dict(zip(keys, parts, strict=True))
-        else:
-            result[key] = given
+        for k, one in zip(keys, made, strict=True):
+            if k in result:
+                raise ValueMissingError(f"Expected one value for the input {k}, got two. Leave one out.")
+            result[k] = one
     return result
 
 

@@ -107,7 +107,8 @@ def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters:
     if last is None:
         return given
     before = {str(s): f for s, f in last.inputs.items()}
-    new = {str(s) for key in given or () for s in (key if isinstance(key, tuple) else (key,))}
+    given = given if isinstance(given, Mapping) else named_values("inputs", eom.inputs, given)
+    new = {str(s) for key in given for s in (key if isinstance(key, tuple) else (key,))}
     held: dict[int, SampleAndHold] = {}
     found: dict[Any, Any] = {}
     for s in eom.inputs:
@@ -115,7 +116,7 @@ def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters:
         if isinstance(s, Input) and s.name not in new and all(f is not None for f in chain):
             again = tuple(_again(s.name, f, parameters, held) for f in chain)
             found[s] = again if len(again) > 1 and callable(again[0]) else again[0]
-    return {**found, **(given or {})}
+    return {**found, **given}
 
 
 def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int, SampleAndHold]) -> Any:
