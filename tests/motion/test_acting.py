@@ -433,6 +433,20 @@ def test_a_prescribed_motion_ends_where_its_rate_is_zero_but_for_rounding(law):
     np.testing.assert_allclose(sol["y"], exact, atol=1e-7)
 
 
+@pytest.mark.parametrize("start", [-0.13, *(pytest.param(-k / 100, marks=pytest.mark.slow) for k in range(1, 200, 7))])
+def test_what_acts_where_a_load_switches_acts_once(start):
+    """The spring becomes weaker each time that the particle comes up through zero, where friction of the place turns, too."""
+    x, v, k = kn.coordinate("x"), kn.speed("v"), kn.parameter("k", 1.0)
+    p = O.at("p", x * N.x)
+    weaker = kn.Event("weaker", x, direction=1, then={k: 0.9 * k})
+    pull = kn.Force(p, (-k * x - 0.5 * kn.sign(x)) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", p, 1)], speeds={v: x.dt}, loads=[pull], events=[weaker]))
+    sol = kn.simulate(eom, (0, 8), q=[start], u=[0], method="dop853", samples=2)
+    times = [t for _, t in sol.events]
+    assert min(np.diff(times), default=1.0) > 0.1
+    assert sol[k][-1] == pytest.approx(0.9 ** len(times))
+
+
 @pytest.mark.parametrize("method", ["auto", "DOP853"])
 def test_steps_are_counted_over_all_phases(method):
     """What is said where steps run out is how many there were to be, not how many the last phase had left."""
