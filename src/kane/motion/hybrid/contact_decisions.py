@@ -254,12 +254,12 @@ class Decisions:
         of = w.select(impulsive, self.velocity, self.bias)
         sizes = w.select(impulsive, self.velocity_terms, self.bias_terms)
         with w.few(c.get() * d) as i:
-            own = self.index(self.own + self.whole(i)) * d + self.rest_of(i)
+            own = self.row_of(i)
             free, terms = self.unforced(own)
             room[self.b + i] = w.select(impulsive, room[of + own], free)
             room[self.terms + i] = w.select(impulsive, room[sizes + own], terms)
             with w.few(c.get() * d) as j:
-                other = self.index(self.own + self.whole(j)) * d + self.rest_of(j)
+                other = self.row_of(j)
                 value = room[self.mobility + own * kd + other] + room[self.mobility + other * kd + own]
                 room[self.W + i * kd + j] = value * 0.5
         with w.few(c.get()) as n:
@@ -361,6 +361,10 @@ class Decisions:
     def rest_of(self, i: Term) -> Term:
         """Which of the contact's rows it is."""
         return i - self.whole(i) * self.d
+
+    def row_of(self, i: Term) -> Term:
+        """Which of the rows of all contacts a row of the problem is."""
+        return self.index(self.own + self.whole(i)) * self.d + self.rest_of(i)
 
     def until_forces_agree(self, solved: Callable[[Callable[[Term], Term]], None]) -> None:
         """`solved` is asked until the N of contacts that press others are those by which these have been pressed.

@@ -320,8 +320,7 @@ class After:
         of, kd = self.of, self.of.k * self.of.d
 
         def pushed(c: Term) -> Term:
-            row = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
-            return of.room[of.mobility + i * of.d * kd + row] * of.room[of.force + c]
+            return of.room[of.mobility + i * of.d * kd + of.row_of(c)] * of.room[of.force + c]
 
         return of.sum(of.count.get() * of.d, pushed) + of.unforced(i * of.d)[0]
 
@@ -360,8 +359,7 @@ class After:
         for place, free in zip((a, terms), of.unforced(row), strict=True):
             place.put(free)
         with w.few(of.count.get() * of.d) as c:
-            other = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
-            part = of.room[of.mobility + row * kd + other] * of.room[of.force + c]
+            part = of.room[of.mobility + row * kd + of.row_of(c)] * of.room[of.force + c]
             a.put(a.get() + part)
             terms.put(terms.get() + of.absolute(part))
         brief = (self.still.get() > 0) & self.here(i)
@@ -409,9 +407,10 @@ class After:
 
     def impact(self) -> None:
         """y after the impacts of those that take part: all at once, or all one after the other."""
-        size = self.of.count.get() * self.of.d
+        of = self.of
+        size = of.count.get() * of.d
         self.impacts.run(size)
-        self.change(size, lambda c: self.impacts.impulse[c])
+        self.change(size, of.row_of, lambda c: self.impacts.impulse[c])
         self.impacts.grow(size)
 
     def thrown(self) -> None:
@@ -428,16 +427,15 @@ class After:
                     self.touching[i] = 0.0
         self.together()
 
-    def change(self, size: Term, impulse: Callable[[Term], Term]) -> None:
-        """The speeds after impulses of the rows of the problem."""
+    def change(self, count: Term, row: Which, impulse: Which) -> None:
+        """The speeds after so many impulses of rows of all contacts."""
         w, of = self.w, self.of
         with w.few(of.nu) as j:
 
             def moved(c: Term, j: Term = j) -> Term:
-                row = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
-                return of.room[of.spread + row * of.width + j] * impulse(c)
+                return of.room[of.spread + row(c) * of.width + j] * impulse(c)
 
-            self.y[of.nq + j] = self.y[of.nq + j] + of.sum(size, moved)
+            self.y[of.nq + j] = self.y[of.nq + j] + of.sum(count, moved)
 
     def flat(self) -> None:
         """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
@@ -503,12 +501,7 @@ class After:
 
             rate = room[of.velocity + i * d] + of.sum(count.get(), pressed)
             of.doubt(rate < -(room[of.velocity_terms + i * d] * NOTHING))
-        with w.few(of.nu) as j:
-
-            def moved(u: Term, j: Term = j) -> Term:
-                return room[of.spread + of.index(of.at_row + u) * of.width + j] * room[of.x + u]
-
-            self.y[of.nq + j] = self.y[of.nq + j] + of.sum(count.get(), moved)
+        self.change(count.get(), lambda u: of.index(of.at_row + u), lambda u: room[of.x + u])
         self.together()
 
     def is_held(self, i: Term) -> Term:

@@ -217,6 +217,14 @@ def _turning(quantity: Expr, data: Data, most: int) -> Discontinuity:
     return Discontinuity(quantity, None if time in free_symbols([slope]) else slope, data, most)
 
 
+def known_beforehand(roots: Iterable[Expr]) -> dict[Expr, bool]:
+    """Whether expressions, and what they are made of, parts first, are of time and parameters alone."""
+    known: dict[Expr, bool] = {}
+    for e in postorder(roots):
+        known[e] = isinstance(e, Time | Parameter) if isinstance(e, Symbol) else all(known[a] for a in e.args)
+    return known
+
+
 def is_timed(quantity: Expr) -> bool:
     """Whether it is of time and parameters alone, so that it turns at times that are known beforehand, at which steps end."""
     return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))

@@ -17,12 +17,11 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import Expr, postorder
-from kane.expr.ops import Op
+from kane.expr.node import Expr
 from kane.expr.piecewise import Piecewise
-from kane.expr.symbols import Parameter, Symbol, Time, time
+from kane.expr.symbols import Time, time
 from kane.model.declarations import geometry
-from kane.motion.inputs.breakpoints import on_from, up_to
+from kane.motion.inputs.breakpoints import known_beforehand, on_from, up_to
 from kane.motion.inputs.expressions import Formula, by_time
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS
@@ -187,42 +186,32 @@ def _torn(
     places = grid(span)
     values = iter(evaluate(flat, {**known, time: places}))  # all of them at once: what they share is computed once
     for row in levels:
-        curves = [TimeExpression(e, known) for e in row]
+        curves = [(TimeExpression(e, known), next(values)) for e in row]
         try:
-            _check_levels(row[0], curves, [next(values) for _ in row], places)
+            for what, (below, at), above in zip(
+                ("prescribed", "velocity of the prescribed"), curves, curves[1:], strict=False
+            ):
+                _check(partial("{} {}".format, what, cut(row[0], 60)), (below, at[::2]), above, places)
         except SimulationError as error:
             yield row[0], error
 
 
-def _check_levels(node: Expr, curves: Sequence[Curve], values: Sequence[Array], places: Array) -> None:
-    for k, what in enumerate(("prescribed", "velocity of the prescribed")):
-        below, above = (curves[k], values[k][::2]), (curves[k + 1], values[k + 1])
-        _check(lambda what=what: f"{what} {cut(node, 60)}", below, above, places)  # type: ignore[misc]
-
-
 def _pieces(roots: Iterable[Expr]) -> list[Expr]:
     """The piecewise functions of time and parameters alone."""
-    known: dict[Expr, bool] = {}
+    known = known_beforehand(roots)
     moving: dict[Expr, bool] = {}
-    for node in postorder(roots):
-        known[node] = all(known[a] for a in node.args) and not (
-            isinstance(node, Symbol) and not isinstance(node, Time | Parameter)
-        )
+    for node in known:
         moving[node] = isinstance(node, Time) or any(moving[a] for a in node.args)
-    return [node for node in known if _bends(node.op) and known[node] and moving[node]]
-
-
-def _bends(op: Op) -> bool:
-    return op.name in _PIECEWISE or (isinstance(op, Piecewise) and op.sides is not None)
+    bent = (e for e in known if e.op.name in _PIECEWISE or (isinstance(e.op, Piecewise) and e.op.sides is not None))
+    return [node for node in bent if known[node] and moving[node]]
 
 
 def _around(node: Expr, roots: Sequence[Expr]) -> list[Expr]:
     """The largest functions of time and parameters alone that hold a node: max(0, t)² is smooth, though max(0, t) bends."""
-    known: dict[Expr, bool] = {}
+    known = known_beforehand(roots)
     holds: dict[Expr, bool] = {}
     largest: dict[Expr, None] = {}
-    for e in postorder(roots):
-        known[e] = isinstance(e, Time | Parameter) if isinstance(e, Symbol) else all(known[a] for a in e.args)
+    for e in known:
         holds[e] = e is node or any(holds[a] for a in e.args)
         largest.update(dict.fromkeys(a for a in e.args if holds[a] and known[a] and not known[e]))
     return list(largest | dict.fromkeys(root for root in roots if holds[root] and known[root]))

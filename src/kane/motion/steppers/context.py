@@ -291,6 +291,27 @@ class StepperContext:
             best = w.compute("min", best, w.select(since > 0.0, _INTERVALS * since, best))
             self.put(Slot.STEP, w.select(most < _LARGE, best, tried))
 
+    def allowed(self, i: Term, end: Term) -> Term:
+        """atol + rtol |y_i|, at the beginning or the end of the step."""
+        w = self.writer
+        size = w.compute("max", w.compute("abs", self.y[i]), w.compute("abs", end))
+        return self.get(Slot.ATOL) + self.get(Slot.RTOL) * size
+
+    def largest_error(self, largest: Variable, of: Callable[[Term], Term]) -> None:
+        """`largest` becomes the largest of the errors of all components, NaN where one is; which component has it is noted."""
+        w = self.writer
+        largest.put(0.0)
+        with w.count(self.n) as i:
+            error, before = of(i), largest.get()
+            with w.when(~(error <= before)):
+                largest.put(w.compute("max", before, error))
+                self.put(Slot.WORST, w.compute("float", i))
+
+    def power(self, error: Term, exponent: float) -> tuple[Term, Term]:
+        """Whether an error is finite, and the power of it by which steps are to be shorter."""
+        w, finite = self.writer, error < _LARGE
+        return finite, dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _SMALLEST), exponent)
+
     def length(self) -> tuple[Term, Term]:
         """The length of the next step, and whether it reaches the end."""
         w = self.writer
@@ -380,7 +401,7 @@ def turned_over(arguments: Sequence[Argument]) -> list[str]:
 
 
 _TEN_ROUNDINGS = 10 * EPS
-_LARGE = 1e300
+_LARGE, _SMALLEST = 1e300, 2.0**-1000
 _INTERVALS = 4.0
 """A first step after an action is no longer than so many times what lay between it and the one before: the next one may be as near."""
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
+from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly
 from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.numeric.arrays import Array as Numbers
@@ -19,7 +19,6 @@ _RISING = 0.5
 """Where the length that the error allows falls from step to step it is taken to fall on, by this factor at most."""
 _STABLE = 4.0
 """h times a rate at which an explicit method comes to the border of its stability."""
-_TINY, _HUGE = 2.0**-1000, 1e300
 
 
 def explicit_kernel(
@@ -125,28 +124,24 @@ class _Explicit:
         """The largest error of a component, in tolerances; where it is, is noted. Without estimates it is zero, or NaN."""
         w, o = self.writer, self.context
         largest = w.variable("error")
-        largest.put(0.0)
-        with w.count(o.n) as i:
-            error = self.error_of(h, i) if self.tableau.errors else w.compute("abs", o.work[self.after + i] * 0.0)
-            before = largest.get()
-            with w.when(~(error <= before)):
-                largest.put(w.compute("max", before, error))
-                o.put(Slot.WORST, w.compute("float", i))
+
+        def of(i: Term) -> Term:
+            return self.error_of(h, i) if self.tableau.errors else w.compute("abs", o.work[self.after + i] * 0.0)
+
+        o.largest_error(largest, of)
         return largest.get()
 
     def error_of(self, h: Term, i: Term) -> Term:
         """The error of component i, in tolerances."""
         w, o = self.writer, self.context
-        size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", o.work[self.after + i]))
-        allowed = o.get(Slot.ATOL) + o.get(Slot.RTOL) * size
+        allowed = o.allowed(i, o.work[self.after + i])
         return _joined(w, [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors])
 
     def decide(self, h: Term, last: Term, error: Term, shorter: Variable) -> None:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.context
-        finite = error < _HUGE
         self.count_stiff(h, error)
-        power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
+        finite, power = o.power(error, self.tableau.exponent)
         factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
         pace, before = power / h, o.get(Slot.PACE)
         rising = w.select(before > 0.0, w.compute("min", w.compute("max", before / pace, _RISING), 1.0), 1.0)

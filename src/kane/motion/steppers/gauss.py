@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from kane.motion.steppers.collocation import Nodes, Vector, gauss, once_integrated
-from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly, dyadic_power
+from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly
 from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
@@ -42,7 +42,7 @@ _ACCEPTED, _SMOOTH, _STRAIGHT = 30.0, 1e-4, 2.0
 _ITERATIONS = 12
 _REST, _FLOOR = 0.1, 2.0**-50
 _SLOW, _STALLED = 0.9, 1e-8
-_TINY, _HUGE = 2.0**-1000, 1e300
+_HUGE = 1e300
 _GOING, _FOUND, _DIVERGED = range(3)
 Columns = Callable[[], Sequence[Term]]
 
@@ -394,14 +394,12 @@ class _Gauss:
     def measure(self) -> None:
         """The largest top coefficient of a component, over what it should be."""
         w, o = self.writer, self.context
-        self.error.put(0.0)
-        with w.count(o.n) as i:
+
+        def error(i: Term) -> Term:
             top = w.compute("abs", w.compute("sum", self.lanes(self.rates, i) * _N.top))
-            error = top * o.work[self.weight + i] / self.target()
-            before = self.error.get()
-            with w.when(~(error <= before)):
-                self.error.put(w.compute("max", before, error))
-                o.put(Slot.WORST, w.compute("float", i))
+            return top * o.work[self.weight + i] / self.target()
+
+        o.largest_error(self.error, error)
 
     def compare(self, h: Term) -> None:
         """Rates between and beyond the nodes against their polynomials, which show no jump there: the error, where they differ."""
@@ -436,8 +434,7 @@ class _Gauss:
             with w.when((self.status.get() < _DIVERGED) & (self.error.get() <= self.accepted)):
                 self.compare(h)
         error = self.error.get()
-        finite = error < _HUGE
-        power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
+        finite, power = o.power(error, 1 / STAGES)
         factor = _SAFETY / power
         found = (self.status.get() < _DIVERGED) & (error <= self.accepted)
         with w.when(found):

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
-from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
+from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly
 from kane.motion.steppers.inspection import StepInspection
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel
@@ -34,7 +34,7 @@ _REST = 0.1
 _SAFETY, _LEAST, _MOST, _SAME = 0.9, 0.2, 5.0, 1.2
 _EXPONENT = 11 / 64
 _ROUNDS, _FAST = 10, 0.03
-_HUGE, _TINY = 1e300, 2.0**-1000
+_HUGE = 1e300
 _GOING, _FOUND, _LOST = range(3)
 _OLD, _NEW = 1.0, 2.0
 LONG: tuple[Literal["float", "array"], ...] = (*RATE, "array")
@@ -241,18 +241,12 @@ class _Radau:
         self.change.put(0.0)
         with w.count(o.n) as i:
             parts = [o.work[self.row(_PARTS, j) + i] for j in range(STAGES)]
-            allowed = self.allowed(i, o.work[self.row(Z, STAGES - 1) + i] + o.y[i])
+            allowed = o.allowed(i, o.work[self.row(Z, STAGES - 1) + i] + o.y[i])
             for k, own in enumerate(_M.joined):
                 moved = w.sum([x * y for x, y in zip(parts, own, strict=True)])
                 at = self.row(Z, k) + i
                 o.work[at] = o.work[at] + moved
                 self.change.put(w.compute("max", self.change.get(), w.compute("abs", moved) / allowed))
-
-    def allowed(self, i: Term, end: Term) -> Term:
-        """atol + rtol |y_i|, at the beginning or the end of the step."""
-        w, o = self.writer, self.context
-        size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", end))
-        return o.get(Slot.ATOL) + o.get(Slot.RTOL) * size
 
     def judge(self, change: Term) -> None:
         """Whether z is found, or no longer sought."""
@@ -296,13 +290,12 @@ class _Radau:
         with w.count(o.n) as i:
             o.work[right + i] = o.work[self.row(rates) + i] + o.work[self.row(_SPARE) + i]
         substitute(o.work, at, size, swaps, right)
-        self.error.put(0.0)
-        with w.count(o.n) as i:
-            allowed = self.allowed(i, o.work[self.row(AFTER) + i])
-            error, before = w.compute("abs", o.work[right + i]) / allowed, self.error.get()
-            with w.when(~(error <= before)):
-                self.error.put(w.compute("max", before, error))
-                o.put(Slot.WORST, w.compute("float", i))
+
+        def error(i: Term) -> Term:
+            allowed = o.allowed(i, o.work[self.row(AFTER) + i])
+            return w.compute("abs", o.work[right + i]) / allowed
+
+        o.largest_error(self.error, error)
 
     def decide(self, h: Term, last: Term) -> None:
         """The step is gone on from, or taken again: with a new J first, where iterations were lost by an old one."""
@@ -316,8 +309,7 @@ class _Radau:
         with w.otherwise():
             self.measure(h)
             error = self.error.get()
-            finite = error < _HUGE
-            power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), _EXPONENT)
+            finite, power = o.power(error, _EXPONENT)
             factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
             with w.when(error <= 1.0):
                 along = self.row(_STATE), self.row(AFTER)
