@@ -143,3 +143,57 @@ def test_a_file_that_does_not_say_how_it_was_stepped(tmp_path):
     kn.simulate(eom, (0, 1), q=[1], u=[0], inputs={f: lambda t: -np.cos(t)}).save(tmp_path / "law.npz")
     with pytest.raises(kn.SimulationError, match="read from a file or a pickle"):
         kn.load_solution(tmp_path / "law.npz", eom).at(0.5)
+
+
+def damped():
+    """ẍ = f − 4 x − 0.2 v, the spring's constant being a parameter."""
+    k = kn.parameter("k", 4.0)
+    loads = [kn.Force(P, (f - k * x - 0.2 * v) * N.x)]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={v: x.dt}, loads=loads)), k
+
+
+@pytest.mark.parametrize("prepared", [False, True])
+def test_values_that_are_changed_for_the_next_motion_are_not_those_of_the_last(prepared):
+    eom, k = damped()
+    parameters, inputs = {k: 4.0}, {f: 0.5}
+    if prepared:
+        run = kn.prepare(eom, (0, 5), inputs=inputs, samples=6)
+        inputs[f] = -7.0
+        sol = run([1], [0], parameters=parameters)
+    else:
+        sol = kn.simulate(eom, (0, 5), q=[1], u=[0], parameters=parameters, inputs=inputs, samples=6)
+    parameters[k], inputs[f] = 16.0, 9.0
+    assert np.array_equal(sol.at(2.0).states[0], sol.states[2])
+    assert sol.accuracy().relative < 1e-9
+
+
+def test_the_accuracy_of_some_times_is_that_of_the_motion_there():
+    eom, _ = damped()
+    sol = kn.simulate(eom, (0, 5), q=[1], u=[0], inputs={f: kn.sin(kn.time)}, samples=6, rtol=1e-6)
+    exact = kn.simulate(
+        eom, (0, 5), q=[1], u=[0], inputs={f: kn.sin(kn.time)}, samples=[0.3, 3.3], rtol=1e-13, atol=1e-13
+    )
+    part = sol.at([0.3, 3.3])
+    off = np.abs(part.states - exact.states[1:-1])
+    for method, close in (("repeated", 0.5), ("variational", 0.01)):
+        found = part.accuracy(method=method)
+        assert found.t.tolist() == [0.3, 3.3]
+        assert found.errors == pytest.approx(off, rel=close, abs=1e-3 * off.max())
+    more = kn.simulate(eom, 8, start=sol)
+    with pytest.raises(kn.SimulationError, match="or joined"):
+        (sol + more).at([1, 6]).accuracy()
+
+
+def test_a_controller_that_goes_on_is_asked_again_as_it_was():
+    eom, _ = damped()
+    integral = kn.sampled(lambda t, state, z: (-z, z + 0.1 * state[0]), period=0.1, state=0.0)
+    first = kn.simulate(eom, (0, 1), q=[1], u=[0], inputs={f: integral}, samples=11)
+    second = kn.simulate(eom, 2, start=first, samples=11)
+    assert np.array_equal(second.at(second.t).states, second.states)
+    assert (first + second).at(1.55).q[0, 0] == pytest.approx(second.at(1.55).q[0, 0], abs=1e-12)
+
+
+def test_motions_of_more_steps_than_there_are_unless_told():
+    sol = kn.simulate(spring(), (0, 1.1), q=[1], u=[0], samples=2, method=kn.integrators.Rk4(1e-6), max_steps=2_000_000)
+    assert sol.steps > 1_000_000
+    assert sol.at(1.05).q[0, 0] == pytest.approx(np.cos(1.05), abs=1e-12)

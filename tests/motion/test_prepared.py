@@ -448,3 +448,17 @@ def test_samples_at_the_instants_of_events(method):
         assert set(np.round(sol.t, 9)) == {0.0, *given["samples"]}
         assert len(sol.jumps) == len(instants)
         assert np.abs(sol.states - np.transpose([x0 + v0 * dt - 9.81 / 2 * dt**2, v0 - 9.81 * dt])).max() < 1e-11
+
+
+def test_samples_that_are_written_alike_are_not_taken_for_each_other():
+    """A number of samples, a time, and times in two rows, of the same bytes."""
+    eom = block(-x)
+    start = {"q": [1], "u": [0]}
+    for _ in range(3):
+        assert kn.simulate(eom, (0, 6), samples=[4.0], **start).t.tolist() == [0, 4, 6]
+        assert kn.simulate(eom, (0, 6), samples=[1.0, 2.0], **start).t.tolist() == [0, 1, 2, 6]
+    assert kn.simulate(eom, (0, 6), samples=np.int64(4), **start).t.tolist() == [0, 2, 4, 6]
+    with pytest.raises(kn.SimulationError, match=r"array of shape \(1, 2\)"):
+        kn.simulate(eom, (0, 6), samples=[[1.0, 2.0]], **start)
+    with pytest.raises(kn.SimulationError, match="Expected method to be one of auto"):
+        kn.simulate(eom, (0, 6), method=np.array(["gauss16", "vern9"]), **start)

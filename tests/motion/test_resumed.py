@@ -268,3 +268,18 @@ def test_a_rope_that_goes_slack_is_not_taut_at_once(rtol, speed):
     assert q @ q == pytest.approx(1, abs=1e-11)  # and so the next phase may begin there, with what is left of the speed
     again = kn.simulate(taut, (flown.t[-1], 9), start=kn.State(q, u - (u @ q) * q, t=flown.t[-1]), samples=3)
     assert again.t[-1] > flown.t[-1] + 0.1
+
+
+def test_a_joined_motion_goes_on_as_its_last_part():
+    first = kn.simulate(EOM, (0, 1), q=[1], u=[0], inputs={F: 0.0}, rtol=1e-5, atol=1e-5, method="tsit5", max_step=0.01)
+    second = kn.simulate(EOM, 2, start=first, rtol=1e-11, atol=1e-11, method="vern9", max_step=0.5)
+    one, two = (kn.simulate(EOM, 3, start=sol) for sol in (first + second, second))
+    assert np.array_equal(one.states, two.states)
+    assert (one.method, one.rtol) == ("vern9", 1e-11)
+
+
+def test_the_time_of_the_start_is_not_passed_over():
+    first = kn.simulate(EOM, (0, 1), q=[1], u=[0], inputs={F: 0.0})
+    assert kn.simulate(EOM, 2, start=first, t=1.0).t[0] == 1.0
+    with pytest.raises(kn.SimulationError, match="begins at the time of the start values, t = 3"):
+        kn.simulate(EOM, 2, start=first, t=3.0)

@@ -48,7 +48,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
 from kane.progress import MESSAGE, Interrupted, far, is_noted
 
-_MOST_STEPS = 1_000_000
+MOST_STEPS = 1_000_000
 _ASKED = 1025
 """At so many times of a span a function of the user's is asked for pulses."""
 STEPS_ASKED = 256
@@ -233,7 +233,7 @@ def solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
         check_method(options["method"]),
         check_tolerance("rtol", options["rtol"]),
         check_tolerance("atol", options["atol"]),
-        _MOST_STEPS if most is None else check_steps(most),
+        MOST_STEPS if most is None else check_steps(most),
         check_longest("max_step", "length", "step", options["max_step"]),
         check_breakpoints(options["breakpoints"]),
         check_longest("max_seconds", "time", "time by the clock", bounds["max_seconds"]),

@@ -175,7 +175,7 @@ def has_lanes(settings: Settings) -> bool:
 
 def check_method(method: Any) -> str:
     """A method by its name."""
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise SimulationError(f"Expected method to be one of {none_of(METHODS, method)}")
     if method == CVODE:
         check_installed()

@@ -2,6 +2,7 @@
 """`prepare`: motions of the same equations over one span with the same options, each from a start and parameters of its own."""
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import Any
 
 from kane.equations.equations import Equations, check_equations
@@ -67,8 +68,9 @@ def prepare(
     check_equations(eom)
     check_span(span)
     checking_functions(eom.derived, check)
-    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
-    return Prepared(eom, plan, inputs, settings, check)
+    times, stops = copy(samples), copy(breakpoints)
+    plan = Plan(span, method, rtol, atol, times, max_steps, max_step, first_step, stops, max_seconds).spelled()
+    return Prepared(eom, plan, dict(inputs) if isinstance(inputs, Mapping) else inputs, settings, check)
 
 
 class Prepared(Attributes):

@@ -3,6 +3,7 @@
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -19,9 +20,9 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam, doubts
 from kane.motion.inputs.expressions import Formula, given_parameters
-from kane.motion.inputs.functions import input_functions
+from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
-from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
+from kane.motion.loop import MOST_STEPS, STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
 from kane.motion.runner import Plan, Runner, Runners, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
@@ -127,7 +128,9 @@ def simulate(
     begin, span = begin_of(
         start, {"q": q, "u": u, "rates": rates, "states": states, "parameters": parameters, "inputs": inputs}, span
     )
-    _check_time(t if start is None else float(start.t[-1]), *(span := check_span(span)))
+    span = check_span(span)
+    for told in (t, None if start is None else float(start.t[-1])):
+        _check_time(told, *span)
     options, bounds = _options(plan, settings, start)
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
@@ -140,7 +143,7 @@ def simulate(
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     with working("Simulating"), noted():
         solution = _runs(eom)(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
-    again = repeating(start, _given(values, law, plan.first_step, options))
+    again = repeating(start, _given(parameters, inputs, plan.first_step, options))
     check_conserved(solution := replace(solution, _again=again, _options=options), check)
     return solution
 
@@ -159,9 +162,11 @@ def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings 
     if not are_fixed(inputs):
         return None
     try:
-        if type(plan.samples) is not int:
+        if isinstance(plan.samples, np.integer):
+            plan = plan._replace(samples=int(plan.samples))
+        elif type(plan.samples) is not int:
             times = np.asarray(plan.samples, dtype=float)
-            plan = plan._replace(samples=(type(plan.samples), times.shape, times.tobytes()))
+            plan = plan._replace(samples=(times.shape, times.tobytes()))
         kept, key = eom.numeric(settings).value(_plans), (plan, tuple((inputs or {}).items()))
         runners = kept.get(key)
         if runners is None:
@@ -228,7 +233,7 @@ def by_runner(
 
 def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> tuple[dict[str, Any], dict[str, Any]]:
     """The options of a plan, those that are not given as a motion has them that goes on from `start`, and its bounds."""
-    given = {name: getattr(plan, name) for name in OPTIONS if name != "settings"}
+    given = {name: copy(getattr(plan, name)) for name in OPTIONS if name != "settings"}
     bounds = {name: getattr(plan, name) for name in ("max_steps", "max_seconds", "first_step")}
     return merged_options(given | {"settings": settings}, start), bounds
 
@@ -269,14 +274,19 @@ def _check_time(t: float | None, t0: float, t1: float) -> None:
         )
 
 
+_MORE = 4
+"""A motion that is taken once more, or finer, has at most so many times as many steps."""
+
+
 def repeating(start: Solution | None, given: dict[str, Any]) -> Callable[..., Any]:
     """What takes a motion once more, from its beginning or the end of `start`: a function of the motion."""
     return partial(_again, start, given)
 
 
 def _given(parameters: Any, inputs: Any, first: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What a motion is given once more."""
+    """What a motion is given once more, as it is now: what was given may be changed for the next one."""
     own = {name: options[name] for name in ("breakpoints", "settings", "max_step")}
+    parameters, inputs = (dict(x) if isinstance(x, Mapping) else copy(x) for x in (parameters, inputs))
     return own | {"parameters": parameters, "inputs": inputs, "first_step": first}
 
 
@@ -295,6 +305,7 @@ def _again(
         given = _finer(solution, given)
     else:
         more |= {"rtol": solution.rtol, "atol": solution.atol}
+    more["max_steps"] = max(MOST_STEPS, _MORE * solution.steps)
     # where others have led on, "auto" finds them again
     method = AUTO if ", " in solution.method else solution.method
     begin: dict[str, Any] = (
@@ -313,7 +324,7 @@ def _again(
 def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
     """With a longest step that is half as long, as it may be what limits steps."""
     longest = given["max_step"]
-    if longest is None and any(map(callable, (given["inputs"] or {}).values())):
+    if longest is None and asked(tuple(solution.inputs.values())):
         longest = (solution.t[-1] - solution.t[0]) / STEPS_ASKED
     if longest is not None:
         longest = float(longest) / 2

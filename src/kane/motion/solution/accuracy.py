@@ -59,6 +59,8 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
     """See Solution.accuracy."""
     if method not in (REPEATED, VARIATIONAL):
         raise ArgumentError(f"Expected method to be one of {none_of((REPEATED, VARIATIONAL), method)}")
+    if isinstance(again, Between):
+        return again.accuracy(motion.t, method)
     if again is None or isinstance(again, Parts):
         raise SimulationError(
             "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
@@ -126,8 +128,29 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
         work=whole.work[places],
         phase=whole.phase[places],
         samples=tuple(whole.samples[k] for k in places) if whole.samples else (),
-        _again=lambda _, **more: again(motion, **more),
+        _again=Between(whole),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Between:
+    """What takes some times of a `whole` motion once more."""
+
+    whole: Any
+
+    def __call__(self, motion: Any, samples: Array) -> Any:
+        """The whole at other times."""
+        return self.whole._again(self.whole, samples=samples)
+
+    def accuracy(self, times: Array, method: str) -> Accuracy:
+        """The errors of the whole motion at some times."""
+        every: Accuracy = self.whole.accuracy(method=method)
+        kept = np.isin(every.t, times)
+        if not kept.any():
+            raise SimulationError(
+                "Expected times beside those at which events change the motion, got none. Take others."
+            )
+        return _accuracy_of(self.whole, every.t[kept], every.errors[kept])
 
 
 _THOUSANDTH, _LEAST_RTOL = 1e-3, 3e-14

@@ -31,7 +31,7 @@ class Phase:
     def same(self, other: "Phase") -> bool:
         """Whether another one, which comes after, has the same parameters and inputs."""
         return self.parameters == other.parameters and all(
-            _same(f, other.inputs.get(s)) for s, f in self.inputs.items()
+            same_drive(f, other.inputs.get(s)) for s, f in self.inputs.items()
         )
 
 
@@ -58,7 +58,7 @@ class Jump:
         return f"Jump({names} at t = {self.t:.6g} s: {told or 'nothing'}; energy {self.energy:+.4g} J)"
 
 
-def _same(f: Any, g: Any) -> bool:
+def same_drive(f: Any, g: Any) -> bool:
     """Whether one input goes on as another one, which may know more of it by then."""
     if isinstance(f, Formula) and isinstance(g, Formula):
         return f.expr is g.expr and f.values == g.values
@@ -152,6 +152,7 @@ def joined(pieces: Sequence[Any]) -> Any:
         atol=max(p.atol for p in pieces),
         method=", ".join(dict.fromkeys(name for p in pieces for name in p.method.split(", "))),
         _again=Parts(tuple(pieces)) if all(p._again is not None for p in pieces) else None,
+        _options=last._options,
     )
 
 
