@@ -391,6 +391,15 @@ def test_files_and_pickles_keep_modes(tmp_path):
             np.testing.assert_array_equal(other[a], sol[b])
 
 
+def test_files_keep_that_a_ball_comes_to_rest(tmp_path):
+    eom, _ = ball(0.5)
+    sol = kn.simulate(eom, (0, 5), q=[0, 1, 0], u=[0, 0, 0])
+    assert "rests" in sol.events[-1][0].name
+    sol.save(tmp_path / "run.npz")
+    again = kn.load_solution(tmp_path / "run.npz", eom)
+    assert [(e.name, t) for e, t in again.events] == [(e.name, t) for e, t in sol.events]
+
+
 def test_a_motion_goes_on():
     eom, _ = ball()
     whole = kn.simulate(eom, (0, 2), q=[0, 0.6, 0], u=[2, 0, 30], **TIGHT)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Solutions out of files, of the equations given, whose system must be the one that was simulated."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -116,7 +116,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
     first = eom if partitions[0] in (None, present) else repartition(eom, partitions[0])
     modes = [tuple(map(ContactMode, own)) for own in header["modes"]]
     every = [first, *(equations_in(first, *pair) for pair in zip(modes[1:], partitions[1:], strict=True))]
-    met = {e.name: e for one in every for e in one.events}
+    met = _met(every)
     starts, places = arrays["segment_starts"].tolist(), arrays["segments"].tolist()
     t = arrays["t"]
     rtol, atol = arrays["tolerances"].tolist()
@@ -145,6 +145,16 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         phases=_phases(found, first, met),
         phase=arrays["phase"],
     )
+
+
+def _met(every: Sequence[Equations]) -> dict[str, Event]:
+    """The events of equations by name; of contacts those that say where rebounds are over, too."""
+    met = {e.name: e for one in every for e in one.events}
+    if not every[0].system.contacts:
+        return met
+    from kane.motion.contact_runner import rests  # takes its time to import
+
+    return {e.name: e for e in map(rests, met.values())} | met
 
 
 def _phases(found: Contents, eom: Equations, met: Mapping[str, Event]) -> tuple[Phase, ...]:
