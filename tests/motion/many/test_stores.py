@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
@@ -158,6 +159,39 @@ def gains(c):
     return lambda t: c * t
 
 
+class Gain:
+    """A law that has a number."""
+
+    def __init__(self, c):
+        self.c = c
+
+    def law(self, t):
+        return self.c * t
+
+
+def keyword(c):
+    def law(t, *, c=c):
+        return c * t
+
+    return law
+
+
+READ = 1.0
+
+
+def reading(c):
+    """A law that reads a number of its module."""
+    global READ
+    READ = c
+    return lambda t: READ * t
+
+
+def within(c):
+    """Laws with another function within, of one name."""
+    laws = (lambda t: sum(1.0 * s for s in (t,)), lambda t: sum(1.5 * s for s in (t,)))
+    return laws[c > 1]
+
+
 @pytest.mark.parametrize(
     ("law", "again", "other"),
     [
@@ -166,8 +200,13 @@ def gains(c):
         (lambda: kn.parameter("k") * kn.time, None, lambda: kn.parameter("k") * kn.time**2),
         (lambda: [0.0, 1.0], lambda: [0, 1], lambda: [0.0, 1.5]),
         (lambda: 1, lambda: 1.0, lambda: 1.5),
+        (lambda: Gain(1.0).law, None, lambda: Gain(1.5).law),
+        (lambda: keyword(1.0), None, lambda: keyword(1.5)),
+        (lambda: reading(1.0), None, lambda: reading(1.5)),
+        (lambda: within(1.0), None, lambda: within(1.5)),
+        (lambda: partial(float.__mul__, 1.0), None, lambda: partial(float.__mul__, 1.5)),
     ],
-    ids=["function", "signal", "expression", "numbers", "number"],
+    ids=["function", "signal", "expression", "numbers", "number", "method", "keyword", "module", "within", "partial"],
 )
 def test_laws(tmp_path, law, again, other):
     """A store knows the inputs again, whatever they are, and others."""

@@ -17,9 +17,10 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from types import CodeType
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -255,7 +256,7 @@ def _facts(job: Job) -> dict[str, str]:
 
 
 def _text(given: Any, depth: int = 4) -> str:
-    """A value in words; what is equal has equal ones in every process, also functions with what they close over."""
+    """A value in words; what is equal has equal ones in every process, also functions with what they close over and read."""
     if given is None or isinstance(given, str | bool | Expr):  # expressions are among the formulas
         return "an expression" if isinstance(given, Expr) else str(given)
     if isinstance(given, int | float | np.number):
@@ -264,16 +265,41 @@ def _text(given: Any, depth: int = 4) -> str:
         return _sha(given) if given.dtype.kind in "if" else repr(given.tolist())
     if isinstance(given, tuple | list):
         return ", ".join(_text(x, depth) for x in given)
+    if isinstance(given, Mapping):
+        return ", ".join(f"{key}: {_text(x, depth)}" for key, x in given.items())
+    if isinstance(given, partial):
+        return f"partial({_text([given.func, *given.args, given.keywords], depth)})"
     code, name = getattr(given, "__code__", None), getattr(given, "__qualname__", type(given).__name__)
     if isinstance(given, type) or not depth:
         return str(name)
     if code is None:
         own = [getattr(given, f.name) for f in fields(given)] if is_dataclass(given) else _attributes(given)
         return f"{name}({', '.join(_text(x, depth - 1) for x in own)})"
-    held = [c.cell_contents for c in given.__closure__ or ()]
-    told = [code.co_code, code.co_names, [c for c in code.co_consts if not isinstance(c, CodeType)]]
-    text = repr(told) + _text([*held, *(given.__defaults__ or ())], depth - 1)
+    held = [*(c.cell_contents for c in given.__closure__ or ()), *(given.__defaults__ or ()), given.__kwdefaults__]
+    held += [getattr(given, "__self__", None), *_globals_of(given)]
+    text = repr([(c.co_code, c.co_names, _constants(c)) for c in _codes(code)]) + _text(held, depth - 1)
     return f"{name} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def _codes(code: CodeType) -> list[CodeType]:
+    """The code of a function, and of those within it."""
+    return [code, *(inner for c in code.co_consts if isinstance(c, CodeType) for inner in _codes(c))]
+
+
+def _constants(code: CodeType) -> list[Any]:
+    """Those that are no code; of sets in one order in every process."""
+    plain = (c for c in code.co_consts if not isinstance(c, CodeType))
+    return [sorted(map(repr, c)) if isinstance(c, frozenset) else c for c in plain]
+
+
+_READ = (str, bool, int, float, np.number, np.ndarray, tuple, list, Mapping, FunctionType, partial)
+
+
+def _globals_of(function: Any) -> list[Any]:
+    """Numbers, texts and functions that a function reads from its module, as far as it names them."""
+    own, names = function.__globals__, {name for c in _codes(function.__code__) for name in c.co_names}
+    found = (own[name] for name in sorted(names) if name in own)
+    return [x for x in found if isinstance(x, _READ)]
 
 
 def _attributes(given: Any) -> list[Any]:
