@@ -313,3 +313,44 @@ def test_loads_that_jump_are_refused():
     with pytest.raises(kn.SimulationError, match="smooth between events"):
         kn.limit_cycle(eom, q=[0.3], u=[0.1], period=2 * np.pi)
     assert u.name == "u"
+
+
+# Inputs -----------------------------------------------------------------------------------------------------------------
+
+
+def test_parameters_of_inputs_alone_have_the_values_that_are_given():
+    """x = Re(A e^{iwt}/(k − w² + i c w)), by values of A and w that are not their defaults; along a branch too."""
+    A, w, F = kn.parameter("A", 1.0), kn.parameter("w", 2.0), kn.input("F")
+    eom, x, _ = oscillator(lambda x, u: F - 4 * x - 0.2 * u)
+    given = {"q": [0], "u": [0], "inputs": {F: A * kn.cos(w * kn.time)}, "parameters": {A: 3.0, w: 1.0}}
+    cycle = kn.limit_cycle(eom, period=2 * kn.pi / w, **given)
+    assert cycle.period == pytest.approx(2 * np.pi, abs=1e-12)
+    assert cycle.x[0] == pytest.approx((3 / (3 + 0.2j)).real, abs=1e-11)
+    assert cycle.start.parameters[A] == 3.0
+    last = cycle.follow(w, 1.5, locate=False).cycles[-1]
+    assert last.x[0] == pytest.approx((3 / (4 - 1.5**2 + 0.3j)).real, abs=1e-10)
+    assert last.period == pytest.approx(2 * np.pi / 1.5, abs=1e-12)
+    points = kn.poincare(eom, section=kn.Event("period", kn.sin(kn.time / 2)), count=40, **given)
+    assert points[x][-1] == pytest.approx((3 / (3 + 0.2j)).real, abs=1e-8)
+
+
+@pytest.mark.parametrize("rest", [0, np.int64(0), kn.parameter("rest", 0.0)])
+def test_inputs_that_follow_from_the_state_are_no_forcing(rest):
+    """Van der Pol's equation by an input is that by a load, and has its cycle at a section."""
+    mu, F = kn.parameter("mu", 1.0), kn.input("F")
+    eom, x, u = oscillator(lambda x, u: F - x)
+    cycle = kn.limit_cycle(eom, q=[2], u=[0], section=turns(u), inputs={F: mu * (1 - x**2) * u + rest})
+    own, _, speed = van_der_pol()
+    other = kn.limit_cycle(own, q=[2], u=[0], section=turns(speed))
+    assert (cycle.period, cycle.multipliers[0].real) == pytest.approx(
+        (other.period, other.multipliers[0].real), abs=1e-9
+    )
+    with pytest.raises(kn.SimulationError, match="without the time"):
+        kn.limit_cycle(eom, q=[2], u=[0], section=turns(u), inputs={F: lambda t: 0.0})
+
+
+def test_what_is_waited_for_is_a_time():
+    eom, _, u = van_der_pol()
+    for within in (-1, "long"):
+        with pytest.raises(kn.SimulationError, match="Expected within as a number above zero"):
+            kn.poincare(eom, q=[2], u=[0], section=turns(u), within=within)

@@ -170,3 +170,69 @@ def test_behind_a_breakpoint():
     s = sensitivities(eom, (0, 3), [m, x, u], q=[0.0], u=[0.0], inputs={F: law}, samples=7)
     late = np.maximum(s.t - 1, 0)
     np.testing.assert_allclose(s[x], np.column_stack([-(late**2), np.ones(7), s.t]), atol=1e-12)
+
+
+def driven(length, *events):
+    """Two bodies, the second on the first; x is held by f(x, y, r), which r drives."""
+    N, r = kn.Frame("N"), kn.input("r")
+    x, y, v, w, k = kn.coordinate("x"), kn.coordinate("y"), kn.speed("v"), kn.speed("w"), kn.parameter("k", 4.0)
+    O = kn.Point("O", fixed_in=N)
+    P, Q = O.at("P", x * N.x), O.at("Q", x * N.x + y * N.y)
+    held = x**2 + y**2 - (r + 1) ** 2 if length else x - r
+    eom = kn.derive(
+        kn.System(
+            N,
+            bodies=[kn.Particle("p", P, 1), kn.Particle("q", Q, 1)],
+            speeds={v: x.dt, w: y.dt},
+            loads=[kn.linear_spring(Q, O, k)],
+            holonomic=[kn.configuration_constraint("drive", held)],
+            events=[kn.Event("hit", y, threshold=0.2, direction=-1, then={w: -0.5 * w})] if events else (),
+        )
+    )
+    return eom, r, (x, y, w, k)
+
+
+@pytest.mark.parametrize("length", [False, True])
+@pytest.mark.parametrize("event", [False, True])
+@pytest.mark.parametrize("method", ["forward", "adjoint"])
+def test_starts_on_constraints_that_inputs_drive(length, event, method):
+    """The start follows a and om of r = a cos(om t) from its first instant on, and where an event sets a speed."""
+    eom, r, (x, y, w, k) = driven(length, *[1] * event)
+    a, om = kn.parameter("a", 0.5), kn.parameter("om", 2.0)
+    given = {"inputs": {r: a * kn.cos(om * kn.time)}, "parameters": {k: 4.0, a: 0.8, om: 1.3}}
+    given |= {"q": {y: 0.3, **({x: kn.guess(1.7)} if length else {})}, "u": {w: -0.7}}
+    found = sensitivities(eom, (0, 0.6), [k, a, om], samples=2, method=method, **given)
+    wanted = differences(eom, (0, 0.6), (k, a, om), given, 2, rows=[0, -1])
+    np.testing.assert_allclose(found.states[[0, -1]], wanted, rtol=0, atol=1e-8)
+
+
+def test_what_functions_of_events_set_besides_the_state_is_refused_unless_it_is_the_same_number():
+    c, F = kn.parameter("c", 0.2), kn.input("F")
+    k, N, x, u = kn.parameter("k", 4.0), kn.Frame("N"), kn.coordinate("x"), kn.speed("u")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+
+    def run(then, by):
+        load = kn.Force(P, (F - c * u - k * x) * N.x)
+        hit = kn.Event("hit", x, direction=-1, then=then)
+        eom = kn.derive(kn.System(N, bodies=[kn.Particle("B", P, 1)], speeds={u: x.dt}, loads=[load], events=[hit]))
+        given = {"q": {x: 1.0}, "u": {u: 0.0}, "inputs": {F: -0.1 * c * u}, "parameters": {k: 4.0, c: 0.2}}
+        return sensitivities(eom, (0, 2), by, samples=2, **given), eom, given
+
+    found, eom, given = run(lambda t, q, u, parameters: {"c": 1.0}, [k, x])
+    wanted = differences(eom, (0, 2), (k, x), given, 2, rows=[-1])
+    np.testing.assert_allclose(found.states[-1:], wanted, rtol=0, atol=1e-8)
+    for then, by in (
+        (lambda t, q, u, parameters: {"F": 3.0}, [k]),
+        (lambda t, q, u, parameters: {"c": 0.1 * t}, [k]),
+        (lambda t, q, u, parameters: {"c": 1.0}, [c]),
+    ):
+        with pytest.raises(kn.SimulationError, match=r"function of the event 'hit' that sets the state, .* sets [cF]"):
+            run(then, by)
+
+
+def test_samples_beyond_the_end_are_refused():
+    eom, inputs, by = oscillator()
+    with pytest.raises(kn.SimulationError, match="within"):
+        sensitivities(eom, (0, 1), by, q=[0.4], u=[0], inputs=inputs, samples=[0.5, 3.0])
+    with pytest.raises(kn.SimulationError, match="to differentiate by, got None"):
+        sensitivities(eom, (0, 1), None, q=[0.4], u=[0], inputs=inputs)

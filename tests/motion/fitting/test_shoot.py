@@ -102,6 +102,25 @@ def test_what_cannot_be_met():
         kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds={F.nodes[0]: (2, 1)}, **given)
 
 
+def test_values_that_are_none_are_named():
+    eom = pushed()
+    given = {"q": [0], "u": [0], "inputs": {"F": 1.0}}
+    found = kn.shoot(eom, (0, 1), "m", end={"x": [0.3, 0.4]}, bounds={"m": np.array([0.1, 1.5])}, **given)
+    assert 1.25 - 1e-9 <= next(iter(found.values.values())) <= 1.5
+    for end, told in (
+        ({"x": "far"}, "a value of x at the end"),
+        ([0.3], "end= as a dict"),
+        ({"x": [1, 2, 3]}, "a value of x"),
+    ):
+        with pytest.raises(kn.SimulationError, match=f"Expected {told}"):
+            kn.shoot(eom, (0, 1), "m", end=end, **given)
+    with pytest.raises(kn.SimulationError, match=r"Expected bounds of m as \(low, high\)"):
+        kn.shoot(eom, (0, 1), "m", end={"x": 0.3}, bounds={"m": ("little", 2)}, **given)
+    for times, values in (([], 0), ([0, 1], [1, 2, 3]), ("now", 0)):
+        with pytest.raises(kn.SimulationError, match="of a curve"):
+            curve("F", times, values)
+
+
 def test_few_numbers_by_many_unknowns_are_differentiated_on_the_way_back(monkeypatch):
     """A mass on a spring that a wall throws back ends where it should, at the least cost: no variational equations are solved."""
     monkeypatch.setattr("kane.motion.derivatives.parametric_motion.ParametricMotion.sensitivities", None)

@@ -155,7 +155,8 @@ def logarithms(multipliers: Complex) -> Complex:
 def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, make: Callable[..., Any]) -> CycleBranch:
     """See LimitCycle.follow."""
     shooting: Shooting = cycle.shooting
-    (symbol,) = symbols_named("a parameter to follow", shooting.map.eom.parameters, [parameter])
+    symbols = tuple(s for s in shooting.constants if isinstance(s, Parameter))
+    (symbol,) = symbols_named("a parameter to follow", symbols, [parameter])
     begin = float(shooting.constants[symbol])
     expected = f"to= as another value than {begin:g}, or several that increase or decrease from there"
     values = np.atleast_1d(expect.floats(to, expected, error=SimulationError))

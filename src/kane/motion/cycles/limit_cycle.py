@@ -8,7 +8,6 @@ from typing import Any, Unpack
 import numpy as np
 
 from kane import expect
-from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, SimulationError
@@ -17,7 +16,6 @@ from kane.motion.cycles.branch import CycleBranch, follow
 from kane.motion.cycles.shooting import FirstReturn, Linearized, Shooting
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.solution.solution import Solution
-from kane.motion.start import check_tolerance
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.sampling import symbols_named
 from kane.numeric.scale import SIX_DIGITS
@@ -184,8 +182,9 @@ def limit_cycle(
     check_equations(eom)
     guess_ = state_of(state, **by_kind)
     _check_kind(section, period)
-    _check_numbers(within, tolerance, max_steps, rtol, atol)
-    constants = parameter_values(eom.system, guess_.parameters)
+    right = expect.is_number(tolerance) and tolerance > 0
+    expect.that(right, "tolerance as a number above zero", tolerance, error=SimulationError)
+    expect.whole(max_steps, "max_steps as a whole number above 0", least=1, error=SimulationError)
     map_ = ReturnMap.of(
         eom,
         section,
@@ -196,10 +195,11 @@ def limit_cycle(
         tolerances=(rtol, atol),
         settings=settings,
     )
+    constants = map_.known(guess_.parameters)
     _check_map(map_, constants)
     free = tuple(s.name for s in symbols_named("cyclic", eom.state, list(cyclic)))
     with working("Closing the cycle"):
-        shooting = Shooting(map_, dict(constants), free)
+        shooting = Shooting(map_, constants, free)
         x = map_.admitted(guess_)
         if map_.section is not None and map_.section.then is None:
             _check_on(map_, x, constants)
@@ -216,15 +216,6 @@ def _check_kind(section: Any, period: Any) -> None:
         )
 
 
-def _check_numbers(within: Any, tolerance: Any, max_steps: Any, rtol: Any, atol: Any) -> None:
-    for name, value in (("within", within), ("tolerance", tolerance)):
-        right = expect.is_number(value) and value > 0
-        expect.that(right, f"{name} as a number above zero", value, error=SimulationError)
-    expect.whole(max_steps, "max_steps as a whole number above 0", least=1, error=SimulationError)
-    check_tolerance("rtol", rtol)
-    check_tolerance("atol", atol)
-
-
 def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
     if map_.section is None:
         length = map_.length(constants)
@@ -232,13 +223,13 @@ def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
             raise SimulationError(
                 f"Expected period > 0, the time in s after which the forcing is the same again, got {length:g}."
             )
-        if not map_.timed:
+        if not map_.timed(constants):
             raise SimulationError(
                 "Expected equations in which the time stands for a cycle over a period, got some without: a motion of theirs "
                 "that comes back "
                 "may begin anywhere on its way, and has any multiple of a period of its own. Give section= in the place of period=."
             )
-    elif map_.timed:
+    elif map_.timed(constants):
         raise SimulationError(
             f"Expected equations without the time for a cycle that ends at the section {map_.section.name!r}, got some in which "
             "it stands: the forcing must be the same again, too. Give period= in the place of section=."

@@ -7,11 +7,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from kane import expect
-from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, SimulationError
-from kane.motion.cycles.shooting import Shooting
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import symbols_named
@@ -87,12 +85,12 @@ def poincare(
     map_ = ReturnMap.of(
         eom, section, None, inputs=given.inputs, t0=t0, within=within, tolerances=(rtol, atol), settings=settings
     )
-    shooting = Shooting(map_, dict(parameter_values(eom.system, given.parameters)), ())
-    x, t, found, message = shooting.map.admitted(given), t0, list[tuple[float, Array]](), "all that were asked for"
+    constants = map_.known(given.parameters)
+    x, t, found, message = map_.admitted(given), t0, list[tuple[float, Array]](), "all that were asked for"
     with working("Passing the section"):
         for _ in range(count):
             try:
-                motion = map_(x, shooting.constants, begin=t)
+                motion = map_(x, constants, begin=t)
             except SimulationError as error:
                 if not found and t == t0 and "reaches the section" not in str(error):
                     raise

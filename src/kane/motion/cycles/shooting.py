@@ -75,7 +75,7 @@ class Shooting:
         kept = set(names)
         values = [float(v) if s.name in kept else guess(float(v)) for s, v in zip(eom.state, x, strict=True)]
         q, u = len(eom.coordinates), len(eom.coordinates) + len(eom.speeds)
-        at: Any = {"parameters": self.constants, "inputs": self.map.inputs_at_start, "t": self.map.t0}
+        at: Any = {"parameters": self.constants, "inputs": self.map.inputs_at_start(self.constants), "t": self.map.t0}
         found = assemble(
             eom,
             q=dict(zip(eom.coordinates, values, strict=False)),
@@ -105,7 +105,7 @@ class Shooting:
 
     def linear(self, shot: FirstReturn, by: tuple[Parameter, ...] = ()) -> "Linearized":
         """The derivative of P at a shot, in independent perturbations."""
-        whole = self.map.differential(shot.motion, by)
+        whole = self.map.differential(shot.motion, by, self.constants)
         walk = Differential((), self.map.settings, {})
         flow = flow_of(walk.side(shot.motion, 0))
         basis, names = basis_of(flow), flow.states

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane import expect
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.errors import SimulationError
 from kane.expr.differentiation import weighted
@@ -25,7 +26,7 @@ from kane.motion.derivatives.tangent_space import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import constant
-from kane.motion.solution.phases import Phase
+from kane.motion.solution.phases import Phase, same_drive
 from kane.numeric.arrays import Array
 from kane.numeric.rank import least_squares
 from kane.numeric.scale import SIX_DIGITS
@@ -178,16 +179,42 @@ def _sizes(before: Side) -> Array:
 
 
 def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlopes:
-    """Of an action that is a function of Python."""
-    first = before.now.eom
-    n = before.now.width
+    """Of an action that is a function of Python.
+
+    Raises
+    ------
+    SimulationError
+        if it sets inputs, or parameters to something else than numbers that are always the same
+    """
+    first, own, n = before.now.eom, before.phase, before.now.width
+    place = {s: i for i, s in enumerate(own.parameters)}
+
+    def instant(z: Array) -> Instant:
+        phase = Phase(dict(own.parameters) | dict(zip(by, z[n + 1 :].tolist(), strict=True)), own.inputs)
+        return acted(Instant(first, first, float(z[n]), z[:n], phase), [event], float(z[n]) + 1.0)
 
     def after(z: Array) -> Array:
-        values = dict(before.phase.parameters) | dict(zip(by, z[n + 1 :].tolist(), strict=True))
-        phase = Phase(values, before.phase.inputs)
-        return acted(Instant(first, first, float(z[n]), z[:n], phase), [event], float(z[n]) + 1.0).x
+        found = instant(z)
+        return np.append(found.x, [*found.phase.parameters.values()])
 
-    return _split(after, before, by, f"the action of the event {event.name!r}")
+    now = instant(np.array([*before.x, before.t, *(own.parameters[s] for s in by)])).phase
+    _refuse([s for s, f in now.inputs.items() if not _goes_on(own.inputs[s], f)], event)
+    x, t, p = _split(after, before, by, f"the action of the event {event.name!r}")
+    kept = np.array([[float(s is b) for b in by] for s in place]).reshape(len(place), len(by))
+    moved = np.column_stack([x[n:], t[n:], p[n:] - kept])
+    _refuse([s for s, i in place.items() if np.abs(moved[i]).max() > SIX_DIGITS], event)
+    return JumpSlopes(x[:n], t[:n], p[:n])
+
+
+def _goes_on(f: Any, g: Any) -> bool:
+    """Whether an input is as it was; parameters in it may have other values."""
+    return same_drive(f, g) or (isinstance(f, Formula) and isinstance(g, Formula) and f.expr is g.expr)
+
+
+def _refuse(found: Sequence[Expr], event: Event) -> None:
+    cure = "Make them further states, which the event sets: kn.state."
+    told = f"a function of the event {event.name!r} that sets the state, or parameters to numbers, for the derivative of a motion"
+    expect.none(map(str, found), told, "one that sets {}", cure, error=SimulationError)
 
 
 def _split(after: Callable[[Array], Array], before: Side, by: Sequence[Parameter], what: str) -> JumpSlopes:

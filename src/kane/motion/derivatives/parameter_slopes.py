@@ -12,7 +12,7 @@ from kane.equations.equations import Equations
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Symbol, time
+from kane.expr.symbols import Rate, Symbol, time
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, only
 from kane.numeric.arrays import Array
@@ -35,30 +35,49 @@ def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
     )
 
 
+def law_slopes(now: Routines, by: Sequence[Symbol]) -> dict[Symbol, list[Expr]]:
+    """∂r/∂symbols, a row for each input that is an expression of some of them."""
+    laws = {s: f.whole for s, f in zip(now.eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
+    turned = {s: [tangent(e, {p: ONE}) for p in by] for s, e in laws.items()}
+    return {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
+
+
+def evaluated(exprs: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array:
+    """Values (expressions × m) at times (m) and states (m × n), those of gains of inputs included."""
+    eom = now.eom
+    values: dict[Expr, Any] = {}
+    for f in now.drives:
+        if isinstance(f, Formula):
+            values |= {**f.values, **f.gains}
+    values |= dict(zip(eom.parameters, now.p.tolist(), strict=False)) | dict(zip(eom.state, x.T, strict=True))
+    values |= dict(zip(eom.inputs, now.inputs_all(t, x).T, strict=True)) | {time: t}
+    return np.array([np.broadcast_to(v, t.shape) for v in evaluate(exprs, values)]).reshape(len(exprs), len(t))
+
+
 def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
     """∂f/∂r ∂r/∂symbols (m × n × k) of inputs that are expressions, at times (m) and states (m × n); None where it is zero."""
-    eom = now.eom
-    laws = {s: f for s, f in zip(eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
-    turned = {s: [tangent(f.whole, {p: ONE}) for p in by] for s, f in laws.items()}
-    turned = {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
+    turned = law_slopes(now, by)
     if not turned:
         return None
 
     def along(t: Array, x: Array) -> Array:
         of_inputs = now.routine(symbol_slopes, *turned)(t, x, now.p, now.inputs_all(t, x))
-        slopes = np.empty((len(t), len(turned), len(by)))
-        for i, (s, row) in enumerate(turned.items()):
-            at: dict[Expr, Any] = {
-                **laws[s].values,
-                **laws[s].gains,
-                **dict(zip(eom.state, x.T, strict=False)),
-                time: t,
-            }
-            for k, value in enumerate(evaluate(row, at)):
-                slopes[:, i, k] = value
-        return np.asarray(of_inputs @ slopes)
+        slopes = [evaluated(row, now, t, x) for row in turned.values()]
+        return np.asarray(of_inputs @ np.array(slopes).transpose(2, 0, 1))
 
     return along
+
+
+def input_changes(now: Routines, t: float, x: Array, by: Sequence[Symbol]) -> Array:
+    """∂r/∂(time, symbols) (inputs × 1 + k) at a state; by time, where equations hold the rate of an input, that rate."""
+    place: dict[Expr, int] = {s: k for k, s in enumerate(now.eom.inputs)}
+    result = np.zeros((len(place), 1 + len(by)))
+    for s, row in law_slopes(now, (time, *by)).items():
+        result[place[s]] = evaluated(row, now, np.array([t]), x[None])[:, 0]
+    for s, value in zip(now.eom.inputs, now.inputs(t, x), strict=True):
+        if isinstance(s, Rate):
+            result[place[s.place], 0] = value
+    return result
 
 
 def forcing(now: Routines, by: Sequence[Symbol]) -> Slopes:

@@ -2,14 +2,13 @@
 """Motions over a span as functions of chosen unknowns, parameters and start values, with their derivatives."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from kane import expect
-from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, Guess, State
 from kane.errors import SimulationError, cut
@@ -22,14 +21,13 @@ from kane.motion.derivatives.forwards import Sensitivities
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.derivatives.tangent_space import Side, allowed, basis_of, flow_of
 from kane.motion.derivatives.variation import Differential
-from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import routines
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, check_tolerance
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import named_values, symbols_named
-from kane.numeric.scale import SIX_DIGITS
+from kane.numeric.scale import SAME_TIME, SIX_DIGITS
 from kane.program.native.machine import Settings
 
 _STARTS = ("q", "u", "states")
@@ -91,16 +89,12 @@ class ParametricMotion:
     @property
     def parameters(self) -> dict[Expr, Any]:
         """Values of all parameters, those that stand in inputs alone included where they were given."""
-        eom, given = self.map.eom, dict(self.given.parameters or {})
-        own = parameter_values(eom.system, {k: v for k, v in given.items() if not _foreign(eom, k)})
-        return {**own, **{k: v for k, v in given.items() if _foreign(eom, k)}}
+        return self.map.known(self.given.parameters)
 
     @property
     def start(self) -> Array:
         """(q, u, a) at the start, on the constraints."""
-        own = set(self.map.eom.parameters)
-        constants = {s: v for s, v in self.parameters.items() if s in own}
-        return self.map.admitted(replace(self.given, parameters=constants))
+        return self.map.admitted(replace(self.given, parameters=self.parameters))
 
     @property
     def first(self) -> Array:
@@ -133,8 +127,7 @@ class ParametricMotion:
         place = {s: k for k, s in enumerate(self.by)}
         given: dict[Any, Any] = named_values("bounds", self.by, bounds)
         for s, pair in given.items():
-            ends = pair if isinstance(pair, Sequence) and len(pair) == 2 else (np.nan, np.nan)
-            a, b = (-np.inf if ends[0] is None else float(ends[0])), (np.inf if ends[1] is None else float(ends[1]))
+            a, b = interval(pair)
             if not a < b:
                 raise SimulationError(f"Expected bounds of {s} as (low, high), None for none, got {cut(repr(pair))}.")
             low[place[s]], high[place[s]] = a, b
@@ -150,7 +143,11 @@ class ParametricMotion:
 
     def motion(self, samples: Any) -> Solution:
         """The motion; samples beyond its end by rounding are at its end."""
-        times = samples if np.ndim(samples) == 0 else np.minimum(samples, self.end)
+        times = samples
+        if np.ndim(samples):
+            times = expect.floats(samples, "a number of samples or their times", error=SimulationError)
+            near = times - self.end <= SAME_TIME * max(abs(self.map.t0), abs(self.end))
+            times = np.where(near, np.minimum(times, self.end), times)
         return self.map.motion(self.start, self.parameters, times)
 
     def sensitivities(self, motion: Solution) -> Sensitivities:
@@ -174,8 +171,7 @@ class ParametricMotion:
     def start_slopes(self, x: Array) -> Array:
         """∂x/∂b of the start x (n × b)."""
         eom, constants, own = self.map.eom, self.parameters, set(self.map.eom.parameters)
-        span = self.map.t0, self.map.t0 + self.map.within
-        drives = input_functions(eom, self.map.inputs, span, constants)
+        drives = self.map.drives(constants)
         p, usual = np.array([constants[s] for s in eom.parameters]), {s: v for s, v in constants.items() if s in own}
         now = routines(eom, p, tuple(drives[s] for s in eom.inputs), self.map.settings)
         order = {s: k for k, s in enumerate((*self.free, *(s for s in self.by if isinstance(s, Parameter))))}
@@ -196,6 +192,15 @@ class ParametricMotion:
         return AdjointSensitivities(motion, self.by, back)
 
 
+def interval(given: Any) -> tuple[float, float]:
+    """(low, high), infinite where one is None; NaN of what is no such pair."""
+    try:
+        low, high = given
+        return (-np.inf if low is None else float(low)), (np.inf if high is None else float(high))
+    except (TypeError, ValueError):
+        return np.nan, np.nan
+
+
 def _foreign(eom: Equations, key: Any) -> bool:
     """Whether it is a parameter of inputs alone."""
     return isinstance(key, Parameter) and key not in set(eom.parameters)
@@ -206,9 +211,9 @@ def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     inputs = [e for e in dict(given or {}).values() if isinstance(e, Expr)]
     free = [s for s in free_symbols(inputs) if _foreign(eom, s)]
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
-    listed = [by] if isinstance(by, Symbol | str) else list(by)
+    listed = [by] if isinstance(by, Symbol | str) else list(by) if isinstance(by, Iterable) else []
     result = tuple(symbols_named("by", own, listed))
-    expect.that(bool(result), "some parameters or start values to differentiate by", listed, error=SimulationError)
+    expect.that(bool(result), "some parameters or start values to differentiate by", by, error=SimulationError)
     twice = [name for name, count in Counter(s.name for s in result).items() if count > 1]
     expect.none(twice, "each one once", "{} twice", error=SimulationError)
     return result

@@ -16,13 +16,13 @@ from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.slopes import backward
 from kane.equations.compiled import along, ports
 from kane.equations.equations import Equations
-from kane.expr.differentiation import gradient, tangent
-from kane.expr.evaluation import evaluate
-from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Parameter, Symbol, time
+from kane.expr.differentiation import gradient
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.model.contact_modes import in_mode
 from kane.motion.arguments import by_kind
+from kane.motion.derivatives.parameter_slopes import evaluated, law_slopes
 from kane.motion.derivatives.pulling_kernel import LAST, NODES, STAGES, Place, pulling_kernel
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, only
@@ -89,7 +89,7 @@ class Integrand:
     def slopes(self, now: Routines, by: Sequence[Parameter], t: Array, x: Array) -> tuple[Array, Array, Array]:
         """L (m), ∂L/∂x (m × n) and ∂L/∂p (m × k) at times and states."""
         roots = now.eom.numeric(now.settings).value(slopes_with_laws, self.expr, tuple(by), Laws(self.inputs))
-        table = _evaluated(roots, now, t, x)
+        table = evaluated(roots, now, t, x)
         return table[0], table[1 : 1 + now.width].T, table[1 + now.width :].T
 
 
@@ -117,18 +117,6 @@ def slopes_with_laws(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws
     """An expression with inputs as their laws, and its gradient by the state and parameters."""
     (whole,) = laws.read(eom, [expr])
     return [whole, *gradient(whole, [*eom.state, *by])]
-
-
-def _evaluated(roots: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array:
-    """Values of expressions (roots × times)."""
-    eom = now.eom
-    values: dict[Expr, Any] = {}
-    for f in now.drives:
-        if isinstance(f, Formula):
-            values |= {**f.values, **f.gains}
-    values |= dict(zip(eom.parameters, now.p.tolist(), strict=False)) | dict(zip(eom.state, x.T, strict=True))
-    values |= dict(zip(eom.inputs, now.inputs_all(t, x).T, strict=True)) | {time: t}
-    return np.array([np.broadcast_to(v, t.shape) for v in evaluate(roots, values)])
 
 
 class _Gains(NamedTuple):
@@ -171,12 +159,9 @@ class Pulling:
         self.now, self.by, eom = now, tuple(by), now.eom
         own = set(eom.parameters)
         self.place = [k for k, s in enumerate(by) if s in own]
-        whole = {s: f.whole for s, f in zip(eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
-        turned = {s: [tangent(e, {b: ONE}) for b in (*eom.state, *by)] for s, e in whole.items()}
-        self.laws = {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
+        self.laws = law_slopes(now, (*eom.state, *by))
         self.routine = now.routine(pulls, *eom.state, *(by[k] for k in self.place), *self.laws).flat
-        r = now.inputs(0.0, np.zeros(now.width)) if not now.drives else np.zeros(len(now.drives))
-        zero = np.zeros(now.width)
+        zero, r = np.zeros(now.width), np.zeros(len(now.drives))
         kinds = eom.numeric(now.settings).value(by_kind)
         self.pairs, self.pair_count = kinds["pairs"], kinds["pair_count"]
         self.h = hoisted(self.routine, 0.0, zero, zero, now.p, r)
@@ -226,7 +211,7 @@ class Pulling:
         times, states = steps.t.reshape(-1), steps.x.reshape(-1, n)
         slopes = np.zeros((laws, n + len(self.by), m, STAGES))
         for i, row in enumerate(self.laws.values()):
-            slopes[i] = _evaluated(row, now, times, states).reshape(-1, m, STAGES)
+            slopes[i] = evaluated(row, now, times, states).reshape(-1, m, STAGES)
         source, factors, by_p = np.zeros((0, n, STAGES)), np.zeros(rows), None
         if integrand is not None:
             _, by_x, by_p = integrand.slopes(now, self.by, times, states)

@@ -22,13 +22,13 @@ from kane.model.contacts import laws_of
 from kane.model.declarations import Event, expressions
 from kane.motion.contact_motion import run_over_time
 from kane.motion.derivatives.variation import Again, Differential, Variation
-from kane.motion.inputs.expressions import given_parameters
-from kane.motion.inputs.functions import input_functions
+from kane.motion.inputs.expressions import Formula, given_parameters
+from kane.motion.inputs.functions import Function, constant, input_functions
 from kane.motion.right_hand_side import rates
 from kane.motion.runner import check_values
 from kane.motion.solution.resumed import OPTIONS, Begin
 from kane.motion.solution.solution import Solution
-from kane.motion.start import sample_times
+from kane.motion.start import check_tolerance, sample_times
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SIX_DIGITS
 from kane.program.native.machine import Settings
@@ -72,7 +72,12 @@ class ReturnMap:
 
     @staticmethod
     def of(eom: Equations, section: Any, period: Any, **given: Any) -> "ReturnMap":
-        """The map of a section, named or given, or of a period."""
+        """The map of a section, named or given, or of a period; a SimulationError names numbers that are not admissible."""
+        within = given["within"]
+        right = expect.is_number(within) and within > 0
+        expect.that(right, "within as a number above zero", within, error=SimulationError)
+        for name, value in zip(("rtol", "atol"), given["tolerances"], strict=True):
+            check_tolerance(name, value)
         if section is None:
             return ReturnMap(eom, None, period, **given)
         found = replace(named(eom, section), terminal=True)
@@ -90,6 +95,16 @@ class ReturnMap:
             return float(evaluate(self.period, dict(constants)))
         return float(self.period or 0.0)
 
+    def known(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Any]:
+        """Values of all parameters, those that stand in inputs alone included where they were given."""
+        own = parameter_values(self.eom.system, parameters)
+        return {**own, **{s: v for s, v in given_parameters(parameters).items() if s not in own}}
+
+    def drives(self, parameters: Mapping[Any, float] | None, begin: float | None = None) -> dict[Expr, Function]:
+        """The inputs of a motion as functions, at values of the parameters."""
+        known, t0 = self.known(parameters), self.t0 if begin is None else begin
+        return input_functions(self.eom, self.inputs, (t0, t0 + self.length(known)), known)
+
     def __call__(
         self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
     ) -> Solution:
@@ -102,22 +117,18 @@ class ReturnMap:
         """
         motion = self.motion(x, parameters, samples, begin)
         t0 = self.t0 if begin is None else begin
-        self._check_end(motion, (t0, t0 + self.length(parameter_values(self.eom.system, parameters))))
+        self._check_end(motion, (t0, t0 + self.length(self.known(parameters))))
         return motion
 
     def motion(
         self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
     ) -> Solution:
         """The same, wherever it ends; `parameters` may hold those of inputs alone."""
-        eom = self.eom
-        own = set(eom.parameters)
-        constants = parameter_values(
-            eom.system, {s: v for s, v in (parameters or {}).items() if s in own or not isinstance(s, Parameter)}
-        )
+        eom, constants = self.eom, parameter_values(self.eom.system, parameters)
         t0 = self.t0 if begin is None else begin
-        span = t0, t0 + self.length(constants)
+        span = t0, t0 + self.length(self.known(parameters))
         check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
-        drives = input_functions(eom, self.inputs, span, given_parameters(parameters) | constants)
+        drives = self.drives(parameters, begin)
         rtol, atol = self.tolerances
         options = OPTIONS | {"rtol": rtol, "atol": atol, "settings": self.settings}
         bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
@@ -132,14 +143,14 @@ class ReturnMap:
         """(q, u, a) of values and guesses, on the constraints."""
         eom, q, u = self.eom, given.q, given.u
         if eom.constraints.constraints:
-            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=self.inputs_at_start, t=self.t0)
+            at = self.inputs_at_start(given.parameters)
+            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=at, t=self.t0)
             q, u = found.q, found.u
         return start_state(eom, q, u, given.states)
 
-    @property
-    def inputs_at_start(self) -> dict[Any, float]:
+    def inputs_at_start(self, parameters: Mapping[Any, float] | None) -> dict[Any, float]:
         """Values of the inputs at the beginning; those that follow from the state move nothing there."""
-        drives = input_functions(self.eom, self.inputs, (self.t0, self.t0 + self.within), {})
+        drives = self.drives(parameters)
         return {s: 0.0 if getattr(f, "of_state", False) else float(f(self.t0)) for s, f in drives.items()}
 
     def off(self, x: Array, constants: Mapping[Expr, float]) -> tuple[float, float]:
@@ -183,13 +194,14 @@ class ReturnMap:
             "event the direction in which the cycle crosses it, or wait longer: within=…."
         )
 
-    def differential(self, motion: Solution, by: tuple[Parameter, ...] = ()) -> Variation:
-        """The derivative of the end of a motion."""
-        walk, slopes = self.walk(by), None
+    def differential(
+        self, motion: Solution, by: tuple[Parameter, ...] = (), parameters: Mapping[Any, float] | None = None
+    ) -> Variation:
+        """The derivative of the end of a motion; `parameters` are its own, unless those of inputs alone are told, too."""
+        walk, slopes, parameters = self.walk(by), None, parameters or motion.parameters
         if self.section is None and isinstance(self.period, Expr):
-            values = dict(motion.parameters)
-            slopes = np.array([float(evaluate(diff(self.period, p), values)) for p in by])
-        return walk(motion, self.again(motion, motion.parameters), self.section, slopes)
+            slopes = np.array([float(evaluate(diff(self.period, p), dict(parameters))) for p in by])
+        return walk(motion, self.again(motion, parameters), self.section, slopes)
 
     def walk(self, by: tuple[Parameter, ...]) -> Differential:
         """What differentiates its motions."""
@@ -200,11 +212,12 @@ class ReturnMap:
         """The same motion at other samples."""
         return lambda samples: self.motion(motion.states[0], parameters, samples, float(motion.t[0]))
 
-    @property
-    def timed(self) -> bool:
-        """Whether time enters the equations."""
+    def timed(self, parameters: Mapping[Any, float]) -> bool:
+        """Whether time enters the equations, or inputs are functions that may hold it."""
         contacts = self.eom.system.contacts
         exprs = [*rates(self.eom).task.roots, *expressions(self.eom.events), *laws_of(contacts)]
         exprs += [row.expr for row in (*self.eom.system.constraints, *(r for c in contacts for r in c.rows))]
-        told = [v for v in (self.inputs or {}).values() if not isinstance(v, int | float)]
-        return any(isinstance(s, Time) for s in free_symbols(exprs)) or bool(told)
+        drives = self.drives(parameters).values()
+        exprs += [f.expr for f in drives if isinstance(f, Formula)]
+        told = any(constant(f) is None for f in drives if not isinstance(f, Formula))
+        return told or any(isinstance(s, Time) for s in free_symbols(exprs))

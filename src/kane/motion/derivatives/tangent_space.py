@@ -11,6 +11,7 @@ from kane.analysis.local import slopes_at
 from kane.analysis.perturbations import perturbations, spread
 from kane.analysis.state_checks import StateArrays
 from kane.expr.symbols import Parameter, time
+from kane.motion.derivatives.parameter_slopes import input_changes
 from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Phase
 from kane.numeric.arrays import Array
@@ -53,11 +54,16 @@ def allowed(side: Side, by: Sequence[Parameter]) -> tuple[Array, Array, Array]:
     zero = np.zeros(flow.values.right.shape)
     t = spread(flow.numeric.value(perturbations), side.x[:nq])
     by_state = slopes_at(flow.run, flow.state, zero)
+    driven = input_changes(side.now, side.t, side.x, by)
     shifts = []
-    for s in (time, *by):
+    for s, inputs in zip((time, *by), driven.T, strict=True):
         own = slopes_at(flow.run, flow.state, zero, s)
-        q = -t @ least_squares(by_state.configuration[:, :nq] @ t, own.configuration[:, 0])
-        rest = own.motion[:, 0] + by_state.motion[:, :nq] @ q
+        configuration, motion = (
+            getattr(own, kind)[:, 0] + getattr(by_state, kind)[:, len(side.x) :] @ inputs
+            for kind in ("configuration", "motion")
+        )
+        q = -t @ least_squares(by_state.configuration[:, :nq] @ t, configuration)
+        rest = motion + by_state.motion[:, :nq] @ q
         u = -least_squares(flow.values.constraints(n), rest)
         shifts.append(np.concatenate([q, u, np.zeros(len(side.x) - nq - n)]))
     return basis_of(flow), shifts[0], np.array(shifts[1:]).reshape(len(by), len(side.x)).T

@@ -26,7 +26,6 @@ from kane.motion.derivatives.parameter_slopes import symbol_slopes
 from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
 from kane.motion.inputs.expressions import Formula
-from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import Routines, entries, has_jumps, is_long, only, routines
 from kane.motion.solution.phases import Indices
 from kane.motion.steppers.vern9 import VERN9
@@ -170,8 +169,7 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
 def cut_at_bends(course: ParametricMotion, count: int) -> Array:
     """The span of a course in pieces of about one length, `count` and more, so that inputs bend between them only."""
     span = course.map.t0, course.end
-    drives = input_functions(course.map.eom, course.map.inputs, span, course.parameters).values()
-    timed = [f for f in drives if isinstance(f, Formula) and not f.of_state]
+    timed = [f for f in course.map.drives(course.parameters).values() if isinstance(f, Formula) and not f.of_state]
     found = (t for f in timed for t in breakpoints([f.whole], {**f.values, **f.gains}, span))
     bends = sorted({*span, *(t for t in found if span[0] < t < span[1])})
     parts = [max(1, math.ceil(count * (b - a) / (span[1] - span[0]) - ROUNDED_CHAIN)) for a, b in pairwise(bends)]
@@ -194,7 +192,6 @@ def _drives(course: ParametricMotion) -> tuple[Formula, ...] | None:
     plain = not (eom.constraints.constraints or system.euler_parameters or system.contacts or eom.events)
     if not plain or has_jumps(eom) or course.free or any(s in own for s in course.by):
         return None
-    span = course.map.t0, course.end
-    drives = input_functions(eom, course.map.inputs, span, course.parameters)
+    drives = course.map.drives(course.parameters)
     timed = tuple(f for s in eom.inputs if isinstance(f := drives[s], Formula) and not f.of_state)
     return timed if timed and len(timed) == len(eom.inputs) else None

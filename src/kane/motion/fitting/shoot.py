@@ -24,7 +24,7 @@ from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.motion.derivatives.backwards import AdjointSensitivities
 from kane.motion.derivatives.forwards import Sensitivities
-from kane.motion.derivatives.parametric_motion import ParametricMotion
+from kane.motion.derivatives.parametric_motion import ParametricMotion, interval
 from kane.motion.derivatives.pulling import Pulling
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
@@ -67,8 +67,12 @@ def curve(name: str, times: Sequence[float], values: Any = 0.0, *, kind: Kind = 
     >>> F = kn.fitting.curve("F", np.linspace(0, 2, 21))
     >>> kn.shoot(eom, (0, 2), F.nodes, inputs={"F": F.expression}, end={"theta": np.pi}, integral=F.expression**2)
     """
-    places = np.asarray(times, dtype=float)
-    starts = np.broadcast_to(np.asarray(values, dtype=float), places.shape)
+    places = expect.floats(times, "times of the values of a curve", error=SimulationError)
+    starts = expect.floats(values, "values of a curve", error=SimulationError)
+    expect.that(places.ndim == 1 and len(places), "a list of times of a curve", times, error=SimulationError)
+    right = starts.shape in ((), places.shape)
+    expect.that(right, f"one value of a curve, or {len(places)}, one for each time", values, error=SimulationError)
+    starts = np.broadcast_to(starts, places.shape)
     nodes = tuple(Parameter.declare(f"{name}_{k}", default=float(v), unit=unit) for k, v in enumerate(starts))
     parts = [
         p * table(places.tolist(), row.tolist(), kind, name="node")(time)
@@ -322,11 +326,12 @@ def _sizes(by: Sequence[Symbol], values: Array) -> Array:
 def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral: Any, panels: Any) -> Aim:
     count = expect.whole(panels, "panels= as a whole number above 0", least=1, error=SimulationError)
     ends, low, high = list[Expr](), list[float](), list[float]()
-    for what, wanted in dict(end or {}).items():
+    right = end is None or isinstance(end, Mapping)
+    expect.that(right, "end= as a dict of expressions and their values", end, error=SimulationError)
+    for what, wanted in (end or {}).items():
         found = asked(eom.derived, what)
         expect.that(found.shape == (), "expressions at the end", what, error=SimulationError)
-        pair = wanted if isinstance(wanted, tuple) and len(wanted) == 2 else (wanted, wanted)
-        a, b = (-np.inf if pair[0] is None else float(pair[0])), (np.inf if pair[1] is None else float(pair[1]))
+        a, b = interval(wanted if isinstance(wanted, tuple | list | np.ndarray) else (wanted, wanted))
         expect.that(a <= b, f"a value of {what} at the end, or (low, high)", wanted, error=SimulationError)
         ends.append(found.roots[0])
         low.append(a)
