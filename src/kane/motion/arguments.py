@@ -18,7 +18,6 @@ from kane.motion.right_hand_side import Given, Routines, derivatives, exact
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import Hook, aligned, doubles, entry, wide_entry
 
 Fill = Callable[[float, Array, Array], None]
@@ -114,12 +113,12 @@ class Arguments:
         r = single if width == 1 else np.repeat(single, width)
         none, at = entry(now.rates), (t, self.y, r[: len(now.drives)])
         inputs: Given = {"r": r, "single_r": single, "driven": 0, **now.hoisted("hd", now.rates, *at)}
-        if all(_piecewise_constant(f) for f in now.drives):
+        if all(constant(f) is not None or isinstance(f, HeldInput) for f in now.drives):  # numbers up to breakpoints
             return inputs | {"drive": none, "single_drive": none}
-        given = self._formulas()
-        if given is None:
+        if self.law is None:
             hook = self._hook(single)
             return inputs | {"driven": 1, "drive": hook if width == 1 else self._hook(r), "single_drive": hook}
+        given = now.routine(driving, *self.law.values).flat
         own = entry(given)
         inputs |= {"driven": 2 if follows(now.drives) else 1, **now.hoisted("hd", given, *at)}
         return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
@@ -132,10 +131,6 @@ class Arguments:
             self.given["r"][k * width : (k + 1) * width] = value
             if width > 1:
                 self.given["single_r"][k] = value
-
-    def _formulas(self) -> CompiledRoutine | None:
-        """The inputs as a routine, where all are expressions; those that are held stay as they are."""
-        return None if self.law is None else self.now.routine(driving, *self.law.values).flat
 
     def _hook(self, r: Array) -> Hook:
         """What asks Python for the inputs and writes them to r."""
@@ -172,8 +167,3 @@ class Arguments:
         for hook in self.hooks:
             if hook.raised is not None:
                 raise hook.raised
-
-
-def _piecewise_constant(drive: Any) -> bool:
-    """Whether an input is a number from one breakpoint to the next."""
-    return constant(drive) is not None or isinstance(drive, HeldInput)

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -313,8 +313,7 @@ _CLOSE = np.geomspace(1e-4, 0.1, 7)
 """Shares of a step after which it is away from such an end."""
 
 
-@dataclass(frozen=True, slots=True)
-class RankHistory:
+class RankHistory(NamedTuple):
     """At several times: A over the sizes that it has had, and its singular value that makes the rank, over the largest too.
 
     `side` is the sign of the dependent block's determinant, 0 where there is none.
@@ -333,16 +332,11 @@ class RankHistory:
 
     def only(self, kept: slice | Indices) -> RankHistory:
         """Some of the times."""
-        return RankHistory(self.t[kept], self.a[kept], self.least[kept], self.share[kept], self.side[kept])
+        return RankHistory(*(part[kept] for part in self))
 
     def and_at(self, other: RankHistory) -> RankHistory:
         """These times and others, in order."""
-        pairs = zip(
-            (self.t, self.a, self.least, self.share, self.side),
-            (other.t, other.a, other.least, other.share, other.side),
-            strict=True,
-        )
-        together = RankHistory(*(np.concatenate(pair) for pair in pairs))
+        together = RankHistory(*map(np.concatenate, zip(self, other, strict=True)))
         return together.only(np.argsort(together.t))
 
 

@@ -335,7 +335,7 @@ class Runner:
         """The motion that is at its end, by what the arrays tell of it."""
         if self._jumps(back):
             return self._with_stepped_speeds(self._with_jumps(eom, phase, again, back))
-        return self._with_stepped_speeds(self._finished(eom, phase, again))
+        return self._with_stepped_speeds(self.motion(eom, phase, self.states.copy(), self.s, again))
 
     def _jumps(self, back: ReturnCode) -> bool:
         """Whether an event ends the motion, or changes its state."""
@@ -426,7 +426,7 @@ class Runner:
         states = np.insert(states, places, rows, axis=0)
         ended = ended_by_last(met) if back is ReturnCode.EVENT else None
         return replace(
-            self._finished(eom, phase, again),
+            self.motion(eom, phase, self.states.copy(), self.s, again),
             t=np.insert(t, places, times),
             states=states[:, :-1],
             work=states[:, -1],
@@ -451,9 +451,6 @@ class Runner:
         samples = tuple(stepped_along(motion.equations, changed, motion.t)) if segments else ()
         events = tuple(sorted([*motion.events, *stepper.changes], key=itemgetter(1)))
         return replace(motion, segments=segments, samples=samples, events=events)
-
-    def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any] | None) -> Solution:
-        return self.motion(eom, phase, self.states.copy(), self.s, again)
 
     def motion(
         self, eom: Equations, phase: Phase, states: Array, s: Array, again: Callable[..., Any] | None = None

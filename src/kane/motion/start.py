@@ -302,14 +302,11 @@ def check_rates(
     """Finite rates at the start; `why` says what is not finite first, `load` whether that is a load."""
     bad = [n for n, v in zip(names, rates, strict=False) if not np.isfinite(v)]
     if bad:
-        told = load()
-        if told:
-            raise SimulationError(
-                f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the {told}."
-            )
+        told = load() or (
+            f"equations are singular at this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here"
+        )
         raise SimulationError(
-            f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the equations are singular at "
-            f"this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here."
+            f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the {told}."
         )
 
 

@@ -6,7 +6,6 @@ of the constraints drops at a configuration, the accelerations are those of leas
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -136,10 +135,8 @@ class Stepper:
         if other is None:
             return False
         self._take(other, t)
-        self.reach, self.mixes = (
-            np.zeros_like(self.reach),
-            (None, None),
-        )  # the rows of these equations may be other ones
+        # the rows of these equations may be other ones
+        self.reach, self.mixes = np.zeros_like(self.reach), (None, None)
         return True
 
     def regular(self, t: float, y: Array) -> Equations | None:
@@ -209,7 +206,7 @@ class Stepper:
         def along(t: Array) -> RankHistory:
             a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t, dense(t).T)).a
             found = looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
-            return replace(found, side=np.ones_like(found.side)) if rank_alone else found
+            return found._replace(side=np.ones_like(found.side)) if rank_alone else found
 
         return crosses(along, start, end)
 

@@ -105,7 +105,9 @@ def test_what_cannot_be_met():
 def test_values_that_are_none_are_named():
     eom = pushed()
     given = {"q": [0], "u": [0], "inputs": {"F": 1.0}}
-    found = kn.shoot(eom, (0, 1), "m", end={"x": [0.3, 0.4]}, bounds={"m": np.array([0.1, 1.5])}, **given)
+    found = kn.shoot(
+        eom, (0, 1), "m", end={"x": [0.3, 0.4]}, bounds={"m": np.array([0.1, 1.5])}, parameters={"m": 1}, **given
+    )
     assert 1.25 - 1e-9 <= next(iter(found.values.values())) <= 1.5
     for end, told in (
         ({"x": "far"}, "a value of x at the end"),

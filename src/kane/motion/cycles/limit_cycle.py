@@ -113,13 +113,8 @@ def _number(m: complex) -> str:
 
 def of_shot(shooting: Shooting, shot: FirstReturn, linear: Linearized, steps: int = 0) -> LimitCycle:
     """The record of a cycle that was found."""
-    eom, map_ = shooting.map.eom, shooting.map
-    parts = np.split(shot.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-    q, u, a = (
-        dict(zip(own, part.tolist(), strict=True))
-        for own, part in zip((eom.coordinates, eom.speeds, eom.states), parts, strict=True)
-    )
-    start = State(q, u, states=a, parameters=dict(shooting.constants), inputs=map_.inputs, t=map_.t0)
+    map_ = shooting.map
+    start = map_.state(shot.x, parameters=dict(shooting.constants), inputs=map_.inputs)
     found = linear.multipliers(map_.section is not None)
     length = float(shot.motion.t[-1]) - map_.t0
     return LimitCycle(

@@ -55,10 +55,6 @@ class FirstReturn:
         return float(np.abs(self.left / self.scale).max(initial=0.0))
 
 
-def _shot_message(shot: FirstReturn) -> str:
-    return f"a residual of {shot.size:.1e}"
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Shooting:
     """Newton's method on P(x) = x at values of the parameters; components `cyclic` may be others at the end."""
@@ -147,7 +143,7 @@ class Shooting:
         """
         now = self.shot(x)
         for step in range(most):
-            far(partial(_shot_message, now))
+            far(partial("a residual of {:.1e}".format, now.size))
             if self.map.section is not None and not now.moves:
                 raise SimulationError(
                     f"Expected a motion between two passages of the section, got one that meets it where it began, after "

@@ -9,11 +9,11 @@ import numpy as np
 
 from kane import expect, show
 from kane.dynamics.readings.quantities import asked
-from kane.errors import Attributes, ExpressionError, SimulationError
+from kane.errors import Attributes, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.adjoint import Seeds
-from kane.motion.derivatives.forwards import slopes_along
+from kane.motion.derivatives.forwards import differentiable, slopes_along
 from kane.motion.derivatives.pulling import Integrand
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
@@ -57,13 +57,9 @@ class AdjointSensitivities(Attributes):
         return self._at_samples(slopes)
 
     def __getitem__(self, what: Any) -> Array:
-        wanted = asked(self.motion.equations.derived, what)
-        if wanted.shape is None:
-            raise ExpressionError(
-                "Expected expressions of one kind in s[…], got a list of several: ask for one after the other."
-            )
-        slopes = np.stack([slopes_along(self.motion, e, self.parameters) for e in wanted.roots], axis=1)
-        return self._at_samples(slopes).reshape(len(self.t), *wanted.shape, len(self.by))
+        roots, shape = differentiable(self.motion, what)
+        slopes = np.stack([slopes_along(self.motion, e, self.parameters) for e in roots], axis=1)
+        return self._at_samples(slopes).reshape(len(self.t), *shape, len(self.by))
 
     def _at_samples(self, slopes: Array) -> Array:
         """∂/∂b (samples × m × k) of m numbers with slopes by (x, p) at each sample (samples × m × n + parameters)."""

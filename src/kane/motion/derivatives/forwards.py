@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Sensitivities`: the derivatives of a motion, and of anything along it, at every sample."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,16 @@ def slopes_along(motion: Solution, expr: Expr, by: tuple[Parameter, ...]) -> Arr
         return slopes_with_laws(eom, expr, by, laws)[1:]
 
     return np.stack(motion.by_sample(slopes), axis=-1)
+
+
+def differentiable(motion: Solution, what: Any) -> tuple[Sequence[Expr], tuple[int, ...]]:
+    """What is asked for, of one kind, and its shape."""
+    wanted = asked(motion.equations.derived, what)
+    if wanted.shape is None:
+        raise ExpressionError(
+            "Expected expressions of one kind in s[…], got a list of several: ask for one after the other."
+        )
+    return wanted.roots, wanted.shape
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,14 +62,9 @@ class Sensitivities(Attributes):
         return self.motion.t
 
     def __getitem__(self, what: Any) -> Array:
-        motion = self.motion
-        wanted = asked(motion.equations.derived, what)
-        if wanted.shape is None:
-            raise ExpressionError(
-                "Expected expressions of one kind in s[…], got a list of several: ask for one after the other."
-            )
-        found = np.array([self._of(e) for e in wanted.roots])
-        return np.moveaxis(found, 0, 1).reshape(len(motion), *wanted.shape, len(self.by))
+        motion, (roots, shape) = self.motion, differentiable(self.motion, what)
+        found = np.array([self._of(e) for e in roots])
+        return np.moveaxis(found, 0, 1).reshape(len(motion), *shape, len(self.by))
 
     def _of(self, expr: Expr) -> Array:
         """dexpr/db (n × k)."""

@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import expect
-from kane.dynamics.readings.quantities import without_unknowns
 from kane.errors import SimulationError
 from kane.expr.differentiation import weighted
-from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Input, Parameter, Symbol, time
-from kane.expr.visit import substituted
 from kane.model.contacts import ContactMode
 from kane.model.declarations import Event, target
 from kane.motion.contact_motion import ContactMotion
+from kane.motion.derivatives.parameter_slopes import evaluated
+from kane.motion.derivatives.pulling import Laws
 from kane.motion.derivatives.tangent_space import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
 from kane.motion.inputs.expressions import Formula
@@ -61,20 +61,12 @@ def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> lis
         if an expression depends on an input that is a function of Python
     """
     eom, n = side.now.eom, side.now.width
-    laws: dict[Expr, Expr] = {}
-    open_: list[Symbol] = []
-    for s, f in zip(eom.inputs, side.now.drives, strict=True):
-        if isinstance(f, Formula):
-            laws[s] = f.whole
-        elif constant(f) is None:
-            open_.append(s)
-    plain = [substituted(e, laws) for e in without_unknowns(eom.solved, [substituted(e, laws) for e in exprs])]
+    drives = dict(zip(eom.inputs, side.now.drives, strict=True))
+    open_ = [s for s, f in drives.items() if constant(f) is None and not isinstance(f, Formula)]
     symbols = (*eom.state, time, *by, *open_)
-    values = {**{s: v for f in side.now.drives if isinstance(f, Formula) for s, v in {**f.values, **f.gains}.items()}}
-    values |= side.now.values(side.t, side.x)
     result = []
-    for e in plain:
-        row = np.array([float(v) for v in evaluate(weighted([e], [ONE], symbols), values)])
+    for e in Laws(drives).read(eom, exprs):
+        row = evaluated(weighted([e], [ONE], symbols), side.now, np.array([side.t]), side.x[None])[:, 0]
         if row[n + 1 + len(by) :].any():
             names = ", ".join(s.name for s in open_)
             raise SimulationError(

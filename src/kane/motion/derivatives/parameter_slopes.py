@@ -70,7 +70,7 @@ def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
 
 def input_changes(now: Routines, t: float, x: Array, by: Sequence[Symbol]) -> Array:
     """∂r/∂(time, symbols) (inputs × 1 + k) at a state; by time, where equations hold the rate of an input, that rate."""
-    place: dict[Expr, int] = {s: k for k, s in enumerate(now.eom.inputs)}
+    place: dict[Any, int] = {s: k for k, s in enumerate(now.eom.inputs)}
     result = np.zeros((len(place), 1 + len(by)))
     for s, row in law_slopes(now, (time, *by)).items():
         result[place[s]] = evaluated(row, now, np.array([t]), x[None])[:, 0]

@@ -135,12 +135,6 @@ class ParametricMotion:
         expect.none(outside, "first values within the bounds", "others of {}", error=SimulationError)
         return low, high
 
-    def state(self, x: Array) -> State:
-        """(q, u, a) as the State of a start."""
-        values = dict(zip(self.map.eom.state, x.tolist(), strict=True))
-        groups = {kind: {s: values[s] for s in getattr(self.map.eom, GROUPS[kind])} for kind in _STARTS}
-        return State(**groups, t=self.map.t0)
-
     def motion(self, samples: Any) -> Solution:
         """The motion; samples beyond its end by rounding are at its end."""
         times = samples
@@ -201,15 +195,10 @@ def interval(given: Any) -> tuple[float, float]:
         return np.nan, np.nan
 
 
-def _foreign(eom: Equations, key: Any) -> bool:
-    """Whether it is a parameter of inputs alone."""
-    return isinstance(key, Parameter) and key not in set(eom.parameters)
-
-
 def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     """What is varied, in order, once each; inputs are as they were `given`."""
-    inputs = [e for e in dict(given or {}).values() if isinstance(e, Expr)]
-    free = [s for s in free_symbols(inputs) if _foreign(eom, s)]
+    inputs, known = [e for e in dict(given or {}).values() if isinstance(e, Expr)], set(eom.parameters)
+    free = [s for s in free_symbols(inputs) if isinstance(s, Parameter) and s not in known]
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
     listed = [by] if isinstance(by, Symbol | str) else list(by) if isinstance(by, Iterable) else []
     result = tuple(symbols_named("by", own, listed))

@@ -12,7 +12,7 @@ from kane.analysis.assembly import assemble
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, derive
-from kane.equations.state import State
+from kane.equations.state import GROUPS, State
 from kane.errors import SimulationError, cut
 from kane.expr.differentiation import diff, weighted
 from kane.expr.evaluation import evaluate, free_symbols
@@ -94,6 +94,12 @@ class ReturnMap:
         if isinstance(self.period, Expr):
             return float(evaluate(self.period, dict(constants)))
         return float(self.period or 0.0)
+
+    def state(self, x: Array, **more: Any) -> State:
+        """(q, u, a) as the State of a start."""
+        values = dict(zip(self.eom.state, x.tolist(), strict=True))
+        groups = {kind: {s: values[s] for s in getattr(self.eom, GROUPS[kind])} for kind in ("q", "u", "states")}
+        return State(**groups, t=self.t0, **more)
 
     def known(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Any]:
         """Values of all parameters, those that stand in inputs alone included where they were given."""

@@ -344,7 +344,7 @@ def _segments(course: ParametricMotion, data: Measurements, count: int, names: S
     result = [ShootingSegment(data.between(0, rows[1]), first, True, columns)]
     for k, row in enumerate(rows[1:-1]):
         at = int(min(np.searchsorted(motion.t, data.t[row]), len(motion) - 1))
-        own = course.state(motion.states[at])
+        own = course.map.state(motion.states[at])
         state: dict[Any, float] = {**own.q, **own.u, **own.states, **_measured_state(course, values, rates, k)}
         groups = {
             kind: {s: state[s] if s in independent else guess(state[s]) for s in getattr(own, kind)}
@@ -451,20 +451,26 @@ class FitSearch:
                 return z
             mu = 2.0 * float(np.abs(np.linalg.lstsq(g.T, -j.T @ (r + j @ d))[0]).max())
             fall = float(r @ (j @ d)) - mu * float(np.abs(c).sum())
-            with np.errstate(divide="ignore", invalid="ignore"):
-                room = np.where(
-                    d > 0, (bounds[1] - z) / (size * d), np.where(d < 0, (bounds[0] - z) / (size * d), np.inf)
-                )
-            share = min(1.0, _FAR / float(np.abs(d).max()), 0.99 * float(room.min()))
             now = self._merit(z, mu, weight)
-            while share > _LEAST and not self._merit(z + share * size * d, mu, weight) <= now + 1e-4 * share * fall:
-                share /= 2
+            share = self._share(z, size * d, bounds, _FAR / float(np.abs(d).max()), (now, fall, mu, weight))
             if share <= _LEAST:
                 if np.abs(d).max() <= SIX_DIGITS and np.abs(c).max() <= SIX_DIGITS:
                     return z
                 raise self._none("no step makes it less")
             z = z + share * size * d
         raise self._none("all steps were taken")
+
+    def _share(
+        self, z: Array, step: Array, bounds: tuple[Array, Array], most: float, sought: tuple[float, float, float, float]
+    ) -> float:
+        """The share of a step within bounds after which the merit is below `now` by enough of its `fall`; `_LEAST` where none is."""
+        now, fall, mu, weight = sought
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(step > 0, (bounds[1] - z) / step, np.where(step < 0, (bounds[0] - z) / step, np.inf))
+        share = min(1.0, most, 0.99 * float(room.min()))
+        while share > _LEAST and not self._merit(z + share * step, mu, weight) <= now + 1e-4 * share * fall:
+            share /= 2
+        return share
 
     def _possible(self, z: Array, bounds: tuple[Array, Array], weight: float) -> Array:
         """The least ½ r² and `weight` times the distances of bodies, by Gauss' and Newton's steps, each halved until it falls."""
@@ -475,13 +481,7 @@ class FitSearch:
             fall, now = float(np.sum((whole @ d) ** 2)), self._merit(z, 0.0, weight)
             if fall <= _PROMISED * max(weight, ROUNDED * now):
                 return z
-            with np.errstate(divide="ignore", invalid="ignore"):
-                room = np.where(d > 0, (bounds[1] - z) / d, np.where(d < 0, (bounds[0] - z) / d, np.inf))
-            share = min(1.0, 0.99 * float(room.min()))
-            while share > _LEAST and not self._merit(
-                z + share * d, 0.0, weight
-            ) <= now - 1e-4 * share * fall + ROUNDED * abs(now):
-                share /= 2
+            share = self._share(z, d, bounds, 1.0, (now + ROUNDED * abs(now), -fall, 0.0, weight))
             if share <= _LEAST:
                 if fall <= SIX_DIGITS:
                     return z
@@ -596,7 +596,7 @@ class FitSearch:
             {s: errors[(0 if isinstance(s, Parameter) else k), s] for s in by},
             {name: data.values[:, c] - own[c] for c, name in enumerate(data.names)},
             motion,
-            course.state(motion.states[0]),
+            course.map.state(motion.states[0]),
             data,
         )
 

@@ -69,7 +69,7 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
     here = _at(steps, z, x, near)
     for count in range(1, most + 1):
         size = np.maximum(np.abs(x).max(axis=0), 1e-2 * (np.abs(x).max() or 1.0))
-        far(partial(_count_message, count))
+        far(partial("{} steps".format, count))
         (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size, close)
         if near is not None:
             H, g = H + np.eye(len(z)), (g[0] + z - near, g[1])
@@ -100,16 +100,8 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
     return None
 
 
-def _count_message(count: int) -> str:
-    return f"{count} steps"
-
-
+@np.errstate(over="ignore", invalid="ignore")
 def _at(steps: Steps, z: Array, x: Array, near: Array | None) -> _Here:
-    with np.errstate(over="ignore", invalid="ignore"):
-        return _there(steps, z, x, near)
-
-
-def _there(steps: Steps, z: Array, x: Array, near: Array | None) -> _Here:
     flow = steps.flow(np.arange(len(steps.h)), x[:-1], z[steps.active])
     away = 0.0 if near is None else 0.5 * float((z - near) @ (z - near))
     return _Here(flow, away, flow.x - x[1:], *steps.end(x[-1]))

@@ -150,9 +150,12 @@ class Aim:
         """J of a motion with samples at `times`."""
         total = 0.0 if self.cost is ZERO else float(motion[self.cost][-1])
         if self.integral is not ZERO:
-            rows = np.minimum(np.searchsorted(motion.t, self.times), len(motion) - 1)
-            total += float(self.weights @ motion[self.integral][rows])
+            total += float(self.weights @ motion[self.integral][self.rows(motion)])
         return total
+
+    def rows(self, motion: Solution) -> Indices:
+        """The samples of a motion at the times of the quadrature."""
+        return np.minimum(np.searchsorted(motion.t, self.times), len(motion) - 1)
 
 
 class Differentiated(NamedTuple):
@@ -204,7 +207,7 @@ class Flight:
         aim, k = self.aim, len(self.sizes)
         cost = np.zeros(k) if aim.cost is ZERO else s[aim.cost][-1].copy()
         if aim.integral is not ZERO:
-            cost = cost + aim.weights @ s[aim.integral][self._rows(s.motion)]
+            cost = cost + aim.weights @ s[aim.integral][aim.rows(s.motion)]
         values, slopes = [s.motion[e][-1] for e in aim.ends], [s[e][-1] for e in aim.ends]
         return np.array(values), np.array(slopes).reshape(-1, k), cost
 
@@ -215,16 +218,12 @@ class Flight:
         if aim.costs:
             whole = {} if aim.cost is ZERO else {aim.cost: last}
             if aim.integral is not ZERO:
-                along = np.bincount(self._rows(s.motion), aim.weights, len(s.motion))
+                along = np.bincount(aim.rows(s.motion), aim.weights, len(s.motion))
                 whole[aim.integral] = whole.get(aim.integral, np.zeros(len(s.motion))) + along
             numbers.append(whole)
         values, slopes = s.weighted(numbers)
         m = len(aim.ends)
         return values[:m], slopes[:m], slopes[m] if aim.costs else np.zeros(len(self.sizes))
-
-    def _rows(self, motion: Solution) -> Indices:
-        """The samples at the times of the quadrature."""
-        return np.minimum(np.searchsorted(motion.t, self.aim.times), len(motion) - 1)
 
     def end(self, z: Array) -> Array:
         """The values of the conditions at the end."""
@@ -467,7 +466,7 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
         float(off.max(initial=0.0)),
         motion,
         course.parameters,
-        course.state(motion.states[0]),
+        course.map.state(motion.states[0]),
         flight.steps,
         message,
     )

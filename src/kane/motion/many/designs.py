@@ -4,7 +4,7 @@
 Sobol' points are scrambled and cut from the next power of two (Owen 1998; SciPy, `scipy.stats.qmc`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -16,37 +16,9 @@ from kane.errors import SimulationError, cut
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED
 
-
-def _sobol(width: int, count: int, rng: np.random.Generator) -> Array:
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.Sobol(width, seed=rng).random_base2((count - 1).bit_length())[:count])
-
-
-def _latin(width: int, count: int, rng: np.random.Generator) -> Array:
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.LatinHypercube(width, seed=rng).random(count))
-
-
-def _halton(width: int, count: int, rng: np.random.Generator) -> Array:
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.Halton(width, seed=rng).random(count))
-
-
-def _uniform(width: int, count: int, rng: np.random.Generator) -> Array:
-    return rng.random((count, width))
-
-
 PRODUCT = "product"
-SAMPLERS: Mapping[str, Callable[[int, int, np.random.Generator], Array]] = {
-    "sobol": _sobol,
-    "latin": _latin,
-    "halton": _halton,
-    "uniform": _uniform,
-}
-"""Points (count × width) of the unit cube, by the name of what draws them."""
+SAMPLERS = {"sobol": "Sobol", "latin": "LatinHypercube", "halton": "Halton", "uniform": None}
+"""What draws points of the unit cube, and SciPy's class where it is one of its."""
 
 
 def quantities(design: Any, sampler: str | None, count: int | None, seed: int | None) -> Mapping[Any, Any]:
@@ -107,8 +79,21 @@ def _points(design: Mapping[Any, Any], sampler: str, count: int | None, seed: in
         else expect.whole(seed, "seed= as a whole number from 0 on", least=0, error=SimulationError)
     )
     low, high = np.array([_bounds(key, value) for key, value in design.items()]).T
-    points = low + (high - low) * SAMPLERS[sampler](len(low), wanted, np.random.default_rng(start))
+    points = low + (high - low) * _drawn(sampler, len(low), wanted, np.random.default_rng(start))
     return dict(zip(design, points.T, strict=True))
+
+
+def _drawn(sampler: str, width: int, count: int, rng: np.random.Generator) -> Array:
+    """Points (count × width) of the unit cube."""
+    kind = SAMPLERS[sampler]
+    if kind is None:
+        return rng.random((count, width))
+    from scipy.stats import qmc  # takes its time to import
+
+    engine = getattr(qmc, kind)(width, seed=rng)
+    if sampler == "sobol":
+        return np.asarray(engine.random_base2((count - 1).bit_length())[:count])
+    return np.asarray(engine.random(count))
 
 
 def _bounds(key: Any, value: Any) -> Sequence[float]:

@@ -52,7 +52,7 @@ class Store:
 
     def missing(self) -> list[range]:
         """The chunks that have not been run."""
-        record = _zarr().open_group(self.path, mode="r")[_RECORD]
+        record = package("zarr").open_group(self.path, mode="r")[_RECORD]
         return [rows for rows in cut_into(range(self.count), self.size) if not _is_there(record, rows)]
 
     def opened(self, job: Job) -> Any:
@@ -84,7 +84,7 @@ def write(path: Path, chunk: Results) -> None:
     """
     place, told = slice(chunk.rows.start, chunk.rows.stop), chunk.variables()
     with _writing(path):
-        group = _zarr().open_group(path, mode="r+")
+        group = package("zarr").open_group(path, mode="r+")
         for name in sorted(told, key=_RECORD.__eq__):  # the record is the last one
             array = group[name]
             values = told[name].values
@@ -169,7 +169,7 @@ def _template(path: Path, job: Job, size: int, header: str) -> None:
                 "in front."
             )
     plain = " ".join(name for name, v in known.items() if name not in v.dims and " " not in name)
-    group = _zarr().create_group(path, attributes=dict(job.facts) | ({"coordinates": plain} if plain else {}))
+    group = package("zarr").create_group(path, attributes=dict(job.facts) | ({"coordinates": plain} if plain else {}))
     for name, v in variables.items():
         _array(group, name, v, tuple(job.count if d == "instance" else n for d, n in v.sizes.items()), size)
     for name, v in known.items():
@@ -199,7 +199,7 @@ def _array(group: Any, name: str, v: Any, shape: tuple[int, ...], size: int) -> 
 def _header(path: Path) -> dict[str, Any]:
     """What a store is of."""
     try:
-        header = json.loads(_zarr().open_group(path, mode="r")[_OWN].attrs[_HEADER])
+        header = json.loads(package("zarr").open_group(path, mode="r")[_OWN].attrs[_HEADER])
         known = header["format"] == FORMAT
     except ImportError:
         raise
@@ -312,7 +312,3 @@ def _attributes(given: Any) -> list[Any]:
 def _sha(numbers: Any) -> str:
     array = np.ascontiguousarray(numbers, dtype=float)
     return f"{array.size} numbers {hashlib.sha256(array.tobytes()).hexdigest()[:32]}"
-
-
-def _zarr() -> Any:
-    return package("zarr")

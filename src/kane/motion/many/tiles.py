@@ -267,7 +267,7 @@ def _begun(
     right = surely_admitted(eom, own) if len(own) > 1 else np.zeros(1, dtype=bool)
     errors: dict[int, str] = {}
     for n in map(int, np.flatnonzero(~right)):
-        errors[n] = _admitted(family, runner, own[n]).error
+        errors[n] = decided(check_values, eom, own[n], runner.span).error
         right[n] = not errors[n]
     right = np.resize(right, len(p))
     failed = {tile[n]: Outcome[Solution](None, errors[n % len(own)]) for n in map(int, np.flatnonzero(~right))}
@@ -324,11 +324,6 @@ def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
     return Poses(family.eom, replace(own, common=common, columns=columns), {})
 
 
-def _admitted(family: Ensemble, runner: Runner, p: Array) -> Outcome[None]:
-    """What is raised where there is no motion with some parameters."""
-    return decided(lambda: check_values(family.eom, p, runner.span))
-
-
 def _unchecked(family: Ensemble, k: int) -> Start:
     """The start of the kth instance, unless constraints move it."""
     at, eom = family.instances.at(k), family.eom
@@ -383,9 +378,17 @@ def _words(error: Exception) -> str:
 
 
 def prepared(family: Ensemble) -> Pool | None:
-    """What runs tiles of a family; None where Python is asked on the way. The first instance that can start says which."""
-    first = _first(family)
-    return None if first is None else Pool(family, first)
+    """What runs tiles of a family; None where Python is asked on the way. The first instance that can start says which.
+
+    What is wrong with those before it is said where they are run.
+    """
+    for k in range(family.instances.count):
+        try:
+            first = family.runner(k)
+        except Exception:
+            continue
+        return None if first is None else Pool(family, first)
+    return None
 
 
 def outcomes(family: Ensemble, pool: Pool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
@@ -406,16 +409,6 @@ def outcomes(family: Ensemble, pool: Pool | None, tiles: Sequence[range], thread
         finally:  # Ctrl-C, or nobody asks any more
             stop.set()
             executor.shutdown(cancel_futures=True)
-
-
-def _first(family: Ensemble) -> Runner | None:
-    """A runner for the first instance; what is wrong with that one is said where it is run."""
-    for k in range(family.instances.count):
-        try:
-            return family.runner(k)
-        except Exception:
-            continue
-    return None
 
 
 def tiles_of(rows: range, threads: int, doubles: int = 1) -> list[range]:

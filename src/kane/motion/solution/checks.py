@@ -88,12 +88,24 @@ def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float, whole:
     return np.asarray((drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1))
 
 
+@np.errstate(invalid="ignore")  # at a pole of W there is no energy, and the check is NaN
 def energy_check(
     t: Array, kinetic: Array, total: Array, work: Array, open_: Array, powers: Sequence[Array] = ()
 ) -> EnergyCheck:
     """The check of K, E and ∫P dt at times t, all (n); `open_` (n) is δE/rtol, `powers` those of loads without potential, each (n)."""
-    with np.errstate(invalid="ignore"):  # at a pole of W there is no energy, and the check is NaN
-        return _checked(t, kinetic, total, work, open_, taken(t, powers))
+    change = total - total[0]
+    work = work - work[0]
+    gone = change - work
+    drift = np.abs(gone)
+    own = np.max([kinetic, np.abs(change), np.abs(work), open_], axis=0)
+    terms = kinetic + np.abs(total - kinetic)
+    rounding = _ROUNDING * (terms + terms[0])
+    local = np.maximum(own, _usual(kinetic, total - kinetic))
+    exchanged = np.maximum.accumulate(work) - np.minimum.accumulate(work)
+    ratio = _ratio(drift - rounding, np.maximum(local, _TAKEN * np.maximum(taken(t, powers), exchanged)))
+    ratio[1:] = np.maximum(ratio[1:], _ratio(np.abs(np.diff(gone)) - rounding[1:] - rounding[:-1], local[1:]))
+    worst = int(np.argmax(ratio))
+    return EnergyCheck(float(drift.max()), float(own.max()), float(ratio[worst]), float(t[worst]))
 
 
 def opened(energies: Array) -> Array:
@@ -110,22 +122,6 @@ def taken(t: Array, powers: Sequence[Array]) -> Array:
         if size.min() >= -_ROUNDING * size.max():
             result[1:] += np.cumsum(np.diff(t) * (size[1:] + size[:-1]) / 2)
     return result
-
-
-def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array, taken: Array) -> EnergyCheck:
-    change = total - total[0]
-    work = work - work[0]
-    gone = change - work
-    drift = np.abs(gone)
-    own = np.max([kinetic, np.abs(change), np.abs(work), open_], axis=0)
-    terms = kinetic + np.abs(total - kinetic)
-    rounding = _ROUNDING * (terms + terms[0])
-    local = np.maximum(own, _usual(kinetic, total - kinetic))
-    exchanged = np.maximum.accumulate(work) - np.minimum.accumulate(work)
-    ratio = _ratio(drift - rounding, np.maximum(local, _TAKEN * np.maximum(taken, exchanged)))
-    ratio[1:] = np.maximum(ratio[1:], _ratio(np.abs(np.diff(gone)) - rounding[1:] - rounding[:-1], local[1:]))
-    worst = int(np.argmax(ratio))
-    return EnergyCheck(float(drift.max()), float(own.max()), float(ratio[worst]), float(t[worst]))
 
 
 def _ratio(drift: Array, scale: Array) -> Array:
