@@ -197,3 +197,21 @@ def test_motions_of_more_steps_than_there_are_unless_told():
     sol = kn.simulate(spring(), (0, 1.1), q=[1], u=[0], samples=2, method=kn.integrators.Rk4(1e-6), max_steps=2_000_000)
     assert sol.steps > 1_000_000
     assert sol.at(1.05).q[0, 0] == pytest.approx(np.cos(1.05), abs=1e-12)
+
+
+def test_a_motion_that_ends_where_it_begins():
+    eom = kn.derive(
+        kn.System(
+            N,
+            bodies=[kn.Particle("b", P, 1)],
+            speeds={v: x.dt},
+            loads=[kn.Force(P, -x * N.x)],
+            events=[kn.Event("falls", v, direction=-1)],
+        )
+    )
+    sol = kn.simulate(eom, (0, 9), q=[1], u=[0])
+    assert len(sol) == 1
+    assert np.array_equal(sol.at(0.0).states, sol.states)
+    assert sol.accuracy().relative == 0.0
+    with pytest.raises(kn.SimulationError, match="Expected times of the motion"):
+        sol.at(0.1)

@@ -204,12 +204,8 @@ class ContactRunner:
         if not _fits(stepper, name) or any(a is not b for a, b in zip(mode.inputs, self.eom.inputs, strict=True)):
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
-        given = arguments.given | {
-            "times": self.times,
-            "rows": self.rows,
-            "samples": len(self.times) - 1,
-            "limit": LIMIT,
-        }
+        samples = {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1}
+        given = arguments.given | samples | {"limit": LIMIT}
         holding: KernelConstraints | None = None
         if is_constrained(mode):
             stepper.reach = reach_of(mode)
@@ -219,14 +215,8 @@ class ContactRunner:
         if len(mode.events) >= self.counts["event_count"] or len(given["p"]) > self.counts["p_count"]:
             return False
         arrays = self.arrays
-        for name_, to in (
-            ("p", "ps"),
-            ("seen", "seen"),
-            ("largest", "largest"),
-            ("least", "least"),
-            ("leaves", "leaves"),
-        ):
-            view = arrays[to][m, : len(given[name_])]
+        for name_ in ("p", "seen", "largest", "least", "leaves"):
+            view = arrays["ps" if name_ == "p" else name_][m, : len(given[name_])]
             view[:] = given[name_][: len(view)]
             given[name_] = view
         put_mode(arrays, m, self.eom, mode)

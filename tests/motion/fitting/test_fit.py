@@ -274,3 +274,23 @@ def test_bodies_stay_possible(seed, edge):
         impossible = {**given, "parameters": {I1: 0.01, I2: 0.03, I3: 0.05}}
         with pytest.raises(kn.SimulationError, match="'plate' is a body that there can be"):
             kn.fit(eom, data, [I1], **impossible, physical=True)
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ({"sigma": [0.1]}, "sigma= as a number, or a dict"),
+        ({"sigma": {"x": "small"}}, "σ of 'x' as a number"),
+        ({"outputs": ["x"]}, "outputs as a dict of names"),
+        ({"data": []}, "data, or a list of sets"),
+    ],
+)
+def test_arguments_of_another_kind_are_named(more, told):
+    N, F, m = kn.Frame("N"), kn.input("F"), kn.parameter("m", 2.0)
+    x, u = kn.coordinate("x"), kn.speed("u")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("B", P, m)], speeds={u: x.dt}, loads=[kn.Force(P, F * N.x)]))
+    t = np.linspace(0, 1, 11)
+    given = {"data": {"t": t, "x": t**2}, "unknown": [m], "q": [0], "u": [0], "inputs": {F: 1.0}} | more
+    with pytest.raises(kn.errors.KaneError, match=f"Expected {told}"):
+        kn.fit(eom, **given)

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from kane import expect
 from kane.equations.equations import Equations
 from kane.equations.state import State, StateValues, by_keyword, guess, state_of
-from kane.errors import KaneError, SimulationError
+from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.forwards import Sensitivities
@@ -273,7 +273,8 @@ def fit(
     """
     sets = list(data) if isinstance(data, list | tuple) else [data]
     states: Sequence[Any] = list(state) if isinstance(state, list | tuple) else [state] * len(sets)
-    expect.that(len(states) == len(sets) > 0, "one state for each set of data", len(states), error=SimulationError)
+    expect.that(bool(sets), "data, or a list of sets of them", data, error=SimulationError)
+    expect.that(len(states) == len(sets), "one state for each set of data", len(states), error=SimulationError)
     found = [measured(eom, one, outputs) for one in sets]
     count = expect.whole(segments, "segments= as a whole number above 0", least=1, error=SimulationError)
     few = min(len(one.t) for one in found)
@@ -314,11 +315,17 @@ def _first(course: ParametricMotion, unknown: Sequence[Parameter]) -> dict[Expr,
 def _sigma(names: Sequence[str], given: Any) -> Array | None:
     if given is None:
         return None
-    own = dict.fromkeys(names, given) if expect.is_number(given) else dict(given)
-    missing = [name for name in names if name not in own]
+    try:
+        given = dict.fromkeys(names, given) if expect.is_number(given) else dict(given)
+    except (TypeError, ValueError):
+        expected = "sigma= as a number, or a dict of columns and numbers"
+        raise expect.refusal(SimulationError, expected, cut(repr(given))) from None
+    missing = [name for name in names if name not in given]
     expect.none(missing, "σ of every column", "none of {}", error=SimulationError)
-    result = np.array([float(own[name]) for name in names])
-    expect.that(bool((result > 0).all() and np.isfinite(result).all()), "σ above zero", given, error=SimulationError)
+    result = np.array(
+        [expect.number(given[name], f"σ of {name!r} as a number", error=SimulationError) for name in names]
+    )
+    expect.that(bool((result > 0).all()), "σ above zero", given, error=SimulationError)
     return result
 
 

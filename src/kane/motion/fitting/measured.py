@@ -12,6 +12,7 @@ from kane.dynamics.readings.quantities import asked
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, UnitError, ValueMissingError, cut
 from kane.expr.node import Expr
+from kane.motion.solution.tables import named as output_names
 from kane.numeric.arrays import Array, Mask
 
 TIMES = ("t", "time")
@@ -56,7 +57,7 @@ def measured(eom: Equations, data: Any, outputs: Mapping[str, Any] | None) -> Me
             "data.rename(columns={…: 't'})."
         )
     t = _numbers("t", columns.pop(times))
-    own = {name: asked(eom.derived, what) for name, what in (outputs or {}).items()}
+    own = {name: asked(eom.derived, what) for name, what in output_names(outputs).items()}
     named = {*(s.name for s in (*eom.state, *eom.parameters, *eom.inputs)), *own}
     strange = [name for name in columns if name not in named]
     known = f"outputs= or names of the equations ({', '.join(sorted(named))})"

@@ -66,6 +66,8 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
             "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
             "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
         )
+    if motion.t[0] == motion.t[-1]:  # it ended where it began
+        return _accuracy_of(motion, motion.t, np.zeros_like(motion.states))
     if method == VARIATIONAL:
         return _accuracy_of(motion, motion.t, np.abs(again(motion, variational=True)))
     share = _SHARES.get(motion.method, 1.0)
@@ -112,7 +114,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
             f"Expected times of the motion, from t = {begin:.9g} to {end:.9g}, got {wanted[0]:.9g} to {wanted[-1]:.9g}. What comes "
             "after its end another motion tells: kn.simulate(eom, end, start=sol)."
         )
-    whole = again(motion, samples=wanted)
+    whole = motion if begin == end else again(motion, samples=wanted)
     # where a phase begins there are two values: the one after it
     places = np.searchsorted(whole.t, wanted, side="right") - 1
     off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.errors import SimulationError, cut
+from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.inputs.expressions import Formula, HeldInput
@@ -175,11 +175,3 @@ def _unmoved(first: Any, second: Any) -> bool:
     """Whether a motion begins where the one before ends, up to what tolerances leave open, as projection onto constraints does."""
     end, begin = first.states[-1], second.states[0]
     return bool(np.all(np.abs(begin - end) <= second.atol + second.rtol * np.abs(end)))
-
-
-def check_motion(what: Any, kind: type) -> None:
-    """A SimulationError for what is no motion."""
-    if not isinstance(what, kind):
-        raise SimulationError(
-            f"Expected a motion to go on from or to join, got {cut(repr(what))}. Give what kn.simulate or kn.load_solution returned."
-        )

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.dynamics.readings.quantities import evaluate_along
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
@@ -19,7 +20,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Input, input_of
 from kane.motion.inputs.expressions import Formula, HeldInput, SampleAndHold, value
 from kane.motion.inputs.functions import Recorded, constant
-from kane.motion.solution.phases import Phase, check_motion
+from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array, distinct
 from kane.numeric.sampling import named_values
@@ -74,7 +75,8 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
             which = "neither. At rest it is u=0" if given["u"] is None else "both"
             raise SimulationError(f"Expected either u= or rates= at the start, got {which}.")
         return Begin(given["q"], given["u"], given["rates"], given["states"]), span
-    check_motion(start, Solution)
+    cure = "Give what kn.simulate or kn.load_solution returned."
+    expect.instance(start, Solution, "a motion to go on from or to join", cure, error=SimulationError)
     extra = [f"{name}=" for name in ("q", "u", "rates", "states") if given[name] is not None]
     if extra:
         raise SimulationError(
