@@ -21,7 +21,7 @@ from kane.equations.equations import Equations
 from kane.equations.state import Guess
 from kane.errors import KaneError, SimulationError
 from kane.expr.symbols import Coordinate, Speed
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Indices, Mask
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ROUNDED, ROUNDED_ROOT
 from kane.program.from_expressions import Bundle
 
@@ -211,7 +211,7 @@ def _move(
             causes[k] = str(error)
 
 
-def speeds_at(poses: Poses, q: Array, places: Array) -> tuple[Array, Array, Mask, Array]:
+def speeds_at(poses: Poses, q: Array, places: Indices) -> tuple[Array, Array, Mask, Array]:
     """u with A u + b = 0 at all places, what is left of that, where it is in doubt, and A."""
     eom, (t, p, r) = poses.eom, (x[places] for x in poses.numbers())
     now = eom.numeric().routine(closing)(t, _states(poses, q[places]), p, r)
@@ -234,7 +234,7 @@ def speeds_at(poses: Poses, q: Array, places: Array) -> tuple[Array, Array, Mask
     return y / pace, left, doubtful | ~(left <= GIVEN * most), now.a
 
 
-def _wanted(poses: Poses, places: Array) -> tuple[Array, list[int]]:
+def _wanted(poses: Poses, places: Indices) -> tuple[Array, list[int]]:
     """Speeds as they are given (k × n), and which of them follow from the constraints."""
     given, x, free = poses.given("u"), np.zeros((len(places), len(poses.eom.speeds))), list[int]()
     for i, s in enumerate(poses.eom.speeds):

@@ -9,7 +9,7 @@ instance with the `ReturnCode` that says so: it is to be run alone.
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -63,14 +63,13 @@ class Ends(NamedTuple):
 
     def replaced(self, rows: Mask, own: "Ends") -> "Ends":
         """The same with others in some rows."""
-        whole = [list(x) if isinstance(x, tuple) else x.copy() for x in self]
-        for mine, others in zip(whole, own, strict=True):
-            if isinstance(mine, list):
-                for k, row in zip(np.flatnonzero(rows).tolist() if mine else (), others, strict=True):
-                    mine[k] = row
-            else:
-                mine[rows] = others
-        return Ends(*(tuple(x) if isinstance(x, list) else x for x in whole))
+        whole: list[Any] = [list(x) if isinstance(x, tuple) else x.copy() for x in self]
+        parts: list[Any] = [*own]
+        for mine, others in zip(whole, parts, strict=True):
+            for k, row in zip(np.flatnonzero(rows).tolist(), others, strict=False):
+                mine[k] = row
+        table: Any = (tuple(x) if isinstance(x, list) else x for x in whole)
+        return Ends(*table)
 
 
 def runs_in_lanes(stepper: Stepper, method: Method) -> bool:

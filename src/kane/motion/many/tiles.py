@@ -16,8 +16,8 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kane.analysis.many.nearest import NearestStates
 from kane.analysis.many.poses import Poses
+from kane.analysis.nearest_states import NearestStates
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations
@@ -190,7 +190,9 @@ def _one_by_one(
 def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
     """The nth motion of a batch, by itself."""
     runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
-    stepper = None if runner.holding is None else Stepper(family.eom, start.p, runner.drives, family.settings)
+    stepper = (
+        None if runner.holding is None else Stepper(family.eom, start.p, (*runner.drives.values(),), family.settings)
+    )
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
@@ -342,8 +344,8 @@ def _projected_start(family: Ensemble, runner: Runner, k: int) -> Start | None:
     x = None if at["q"] is None or at["u"] is None else runner.begin(eom, (at["q"], at["u"], at["states"]), constants)
     if x is None or runner.holding is None:
         return None
-    stepper = runner.holding.stepper
-    return Start(x.copy(), np.array([constants[s] for s in eom.parameters]), constants, stepper, stepper.reach.copy())
+    p, reach = np.array([constants[s] for s in eom.parameters]), runner.holding.stepper.reach
+    return Start(x.copy(), p, constants, reach.copy())
 
 
 def _checked(family: Ensemble, motion: Solution) -> Solution:

@@ -29,7 +29,7 @@ _NEARER = 0.9
 """Share of the distance of the next branch up to which a branch is surely the nearest."""
 
 
-class States(NamedTuple):
+class StatesOnConstraints(NamedTuple):
     """q (k × n), u and A (k × m × s) at states that satisfy the constraints, and of which there is no `doubt`."""
 
     q: Array
@@ -63,7 +63,7 @@ class NearestStates:
             return self.branches
         return np.array([one.x for one in sought.found().closed]).reshape(-1, len(sought.start.values))
 
-    def at(self, poses: Poses) -> States:
+    def at(self, poses: Poses) -> StatesOnConstraints:
         """The states at other values."""
         eom, count = self.eom, poses.count
         base, free = start_of(poses)
@@ -75,15 +75,16 @@ class NearestStates:
             doubt[:] = bool(free)
         else:
             guesses = base.copy()
-            for s, value in (poses.instances.common["q"] or {}).items():
-                guesses[:, eom.coordinates.index(s)] = getattr(value, "value", value)
+            given = poses.given("q")
+            for i, s in enumerate(eom.coordinates):
+                guesses[:, i] = getattr(given.get(s, 0.0), "value", given.get(s, 0.0))
             q, doubt = self._closed(poses, guesses)
         u, a = np.zeros((count, len(eom.speeds))), np.zeros((count, len(eom.b), len(eom.speeds)))
         sure = np.flatnonzero(~doubt)
         if len(sure):
             u[sure], _, unsure, a[sure] = speeds_at(poses, q, sure)
             doubt[sure[unsure]] = True
-        return States(q, u, a, doubt)
+        return StatesOnConstraints(q, u, a, doubt)
 
     def _closed(self, poses: Poses, guesses: Array) -> tuple[Array, Mask]:
         """The configurations nearest to the guesses (k × n), and where they are in doubt."""
