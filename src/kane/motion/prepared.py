@@ -39,7 +39,7 @@ def prepare(
     What is the same for all starts is done once: options checked, machine code compiled and bound to its arrays. A call then costs the
     steps and some 40 µs, where a kernel runs the motion by itself: inputs are numbers, or expressions without parameters, and no event
     acts by a function of Python (`run.in_one_call` says so). Starts on constraints are sought by iteration, which takes some
-    milliseconds the first time. Other motions are simulated as by `kn.simulate`.
+    milliseconds the first time; deflections of beams are looked at after each motion. Other motions are simulated as by `kn.simulate`.
 
     Parameters
     ----------

@@ -68,9 +68,10 @@ def simulate_many(
 ) -> Any:
     """Many motions over one span, on threads and in lanes of vectors where a kernel runs them by itself.
 
-    Motions in lanes are those of `kn.simulate` by the same method, to rounding, and bit for bit with `kn.Settings(contract=False)`;
-    others are so in any case. In lanes "auto" takes "vern9" where it takes "gauss16" for one motion. An instance that lanes leave, as
-    it stops, chatters or takes other dependent speeds, is run by itself, by the method as it was given.
+    Motions in lanes are those of `kn.simulate` by the same method, to rounding, and from the same state bit for bit with
+    `kn.Settings(contract=False)`; others are so in any case. In lanes "auto" takes "vern9" where it takes "gauss16" for one motion.
+    Starts on constraints are found of all together, on the branch nearest to the guesses as `kn.assemble` finds it, to rounding. An
+    instance that lanes leave, as it stops or chatters, is run by itself, by the method as it was given.
     Equations and kernels are prepared once. An instance that cannot start or stops does not stop the others: `status` and `cause` say
     what became of it. Motions whose inputs are functions of Python run one after the other.
 
