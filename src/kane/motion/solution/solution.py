@@ -38,6 +38,7 @@ from kane.motion.solution.checks import (
     checking_functions,
     drifts,
     energy_check,
+    keeps_sharply,
     opened,
     work_of,
 )
@@ -436,8 +437,11 @@ class Solution(Attributes):
         at = distinct(np.concatenate([some_of(len(self)), self.begins, self.begins - 1]))
         few = self._only(at)
         kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
-        sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
-        return sure.surely_within(self.rtol, len(at) == len(self)) or not self.energy_check.exceeds(self.rtol)
+        work, whole = few.work + leaps(total, few.begins), len(at) == len(self)
+        if keeps_sharply(kinetic, total, work - work[0], self.rtol, whole):
+            return True
+        sure = energy_check(few.t, kinetic, total, work, np.zeros(len(at)))
+        return sure.surely_within(self.rtol, whole) or not self.energy_check.exceeds(self.rtol)
 
     def _only(self, at: Indices) -> "Solution":
         """Some of the samples."""
