@@ -323,7 +323,7 @@ class Crossings:
                 f1.put(f)
                 self.finish((rounds < 2) & (((b <= 0.0) & (b >= 0.0)) | (f * a > 0.0)), x, f)
                 with w.when(self.get("open") > 0):
-                    self.next_share(a, (end - start) * SAME_TIME)
+                    self.next_share(a, end - start)
             self.put("rounds", rounds + 1)
 
     def finish(self, condition: Term, x: Term, f: Term) -> None:
@@ -333,15 +333,18 @@ class Crossings:
             self.put("root", x)
             self.points[0][1].put(self.writer.compute("abs", f))
 
-    def next_share(self, a: Term, near: Term) -> None:
+    def next_share(self, a: Term, width: Term) -> None:
         """Chandrupatla's choice between inverse quadratic interpolation and bisection, or the end of the search.
 
-        It ends where the sign is no longer that of a: what goes on from there does not pass once more.
+        It ends where the sign is no longer that of a: what goes on from there does not pass once more. While the nearest place is
+        before that, the search goes on to the last digit.
         """
         w = self.writer
         (x1, f1), (x2, f2), (x3, f3) = ((x.get(), f.get()) for x, f in self.points)
         first = w.compute("abs", f1) < w.compute("abs", f2)
         best, least = w.select(first, x1, x2), w.select(first, f1, f2)
+        beyond = crossed(a, least)
+        near = width * w.select(beyond, SAME_TIME, 4 * EPS)
         share = (near + 2 * EPS * w.compute("abs", best)) / w.compute("abs", x2 - x1)
         over = (share > 0.5) | ~(w.compute("abs", least) > 0.0)
         xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
@@ -349,8 +352,8 @@ class Crossings:
         wished = f1 / (f2 - f1) * (f3 / (f2 - f3)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
         inner = w.compute("max", w.compute("min", wished, 1.0 - share), share)
         self.part.put(w.select(bent, inner, 0.5))
-        passed = crossed(a, f1) & (w.compute("abs", f2) > 0.0)
-        self.finish(over, w.select(passed, x1, x2), w.select(passed, f1, f2))
+        other, there = w.select(first, x2, x1), w.select(first, f2, f1)
+        self.finish(over, w.select(beyond, best, other), w.select(beyond, least, there))
 
     def median(self, first: Term, others: Term) -> None:
         """`usual` becomes the median of the sizes other than zero that a quantity has at the nine places."""
