@@ -10,6 +10,7 @@ import pytest
 
 import kane as kn
 from tests.oracles.rotating_beam import elastica
+from tests.peer import require
 from tests.systems.beams import spinning
 
 
@@ -70,8 +71,13 @@ def test_large_deflections(form: str, deflection: float, fits: bool) -> None:
             warnings.simplefilter("always")
             kn.simulate(eom, (0, 0.01), q=[deflection], u=[0.0], samples=3)
         assert [str(w.message).endswith("Divide the beam into several.") for w in caught] == ([] if fits else [True])
-    runs = kn.simulate_many(eom, (0, 0.01), q=[[0.0], [deflection]], u=[0.0], samples=3, lanes=True)
-    assert ["Divide the beam into several." in text for text in runs.warning.values] == [False, not fits]
+
+
+def test_large_deflections_of_one_of_many() -> None:
+    require("xarray")
+    _, system = spinning(modes=1)
+    runs = kn.simulate_many(kn.derive(system), (0, 0.01), q=[[0.1], [0.2]], u=[0.0], samples=3, lanes=True)
+    assert ["Divide the beam into several." in text for text in runs.warning.values] == [False, True]
 
 
 @pytest.mark.parametrize(
