@@ -73,7 +73,9 @@ class ConstraintSolver:
         self._room_layout()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
         self.grown = w.variable("held_grown", INT)
-        self.least, self.share, self.most = (w.variable(f"held_{name}") for name in ("least", "share", "most"))
+        self.least, self.share, self.most, self.inverse = (
+            w.variable(f"held_{name}") for name in ("least", "share", "most", "inverse")
+        )
 
     def _room_layout(self) -> None:
         """Where what stands in `room`."""
@@ -218,22 +220,30 @@ class ConstraintSolver:
             self.doubt.put(1)
 
     def regularity(self) -> None:
-        """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it."""
+        """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it. Of two rows, which most loops have, ‖B⁻¹‖ = ‖B‖/|det B|."""
         w, room, d = self.writer, self.room, self.d
-        with w.few(d) as i, w.few(d) as j:
-            at = self.block + i * d * 2 + j
-            room[at] = room[self.rows + i * self.s + self.dependent_at(j)]
-            room[at + d] = unit(i, j)
-        invert(room, self.block, d)
+
+        def entry(i: Term, j: Term) -> Term:
+            return room[self.rows + i * self.s + self.dependent_at(j)]
 
         def squares(count: Term, of: Callable[[Term], Term]) -> Term:
             return w.compute("sqrt", total(w, count, lambda k: of(k) * of(k)))
 
-        with w.few(d) as i:
-            room[self.x + i] = squares(d, lambda k: room[self.block + i * d * 2 + d + k])
-        inverse = squares(d, lambda k: room[self.x + k])
-        self.least.put(1.0 / inverse)
-        self.share.put(squares(d * self.s, lambda k: room[self.rows + k]) * inverse)
+        with w.when((d < 2) | (d > 2)):
+            with w.few(d) as i, w.few(d) as j:
+                at = self.block + i * d * 2 + j
+                room[at] = entry(i, j)
+                room[at + d] = unit(i, j)
+            invert(room, self.block, d)
+            with w.few(d) as i:
+                room[self.x + i] = squares(d, lambda k: room[self.block + i * d * 2 + d + k])
+            self.inverse.put(squares(d, lambda k: room[self.x + k]))
+        with w.otherwise():
+            zero, one = w.integer(0), w.integer(1)
+            a, b, c, e = entry(zero, zero), entry(zero, one), entry(one, zero), entry(one, one)
+            self.inverse.put(w.compute("sqrt", a * a + b * b + c * c + e * e) / w.compute("abs", a * e - b * c))
+        self.least.put(1.0 / self.inverse.get())
+        self.share.put(squares(d * self.s, lambda k: room[self.rows + k]) * self.inverse.get())
 
     # -------------------------------------------------------------------------------------------- along a step
 
