@@ -104,6 +104,8 @@ def test_mixed_lines_give_a_model_or_a_named_error(data: st.DataObject) -> None:
     [
         ("zz = dot(N1>)", "at least 2 arguments, got 1"),
         ("zz> = cross(N1>)", "at least 2 arguments, got 1"),
+        ("zz = dot(N1>, N2>, N3>)", "2 arguments, got 3"),
+        ("zz> = cross(N1>, N2>, N3>)", "2 arguments, got 3"),
         ("zz> = express(N1>)", "at least 2 arguments, got 1"),
         ("zz = mag()", "at least 1 argument, got none"),
         ("zz = sin()", "1 argument, got none"),
@@ -130,3 +132,9 @@ def test_functions_of_angles_are_those_of_each_entry_of_a_matrix() -> None:
     half = texts.PENDULUM.replace("Gravity(-g*N2>)", "Gravity(-g/2*N2>)")
     assert from_autolev(text).eom.forcing is not None
     assert str(from_autolev(text).eom.accelerations[0]) == str(from_autolev(half).eom.accelerations[0])
+
+
+def test_a_function_of_a_matrix_of_one_entry_is_a_matrix() -> None:
+    text = texts.PENDULUM.replace("Gravity(-g*N2>)", "zz = sqrt([4])\nGravity(-g*zz[1]*N2>)")
+    twice = texts.PENDULUM.replace("Gravity(-g*N2>)", "Gravity(-g*2*N2>)")
+    assert str(from_autolev(text).eom.accelerations[0]) == str(from_autolev(twice).eom.accelerations[0])

@@ -173,6 +173,11 @@ def test_what_a_model_has_no_use_for_is_refused():
         kn.from_sympy_mechanics(method, values={"mm": 1.0})
     with pytest.raises(ModelError, match="a finite number as the value of m, got 'heavy'"):
         kn.from_sympy_mechanics(method, values={models.m: "heavy"})
+    made = kn.from_sympy_mechanics(method, values={models.m: sympy.pi / 4, "l": np.array(0.5)}).system
+    assert {p.name: p.default for p in made.parameters if p.default} == {"m": np.pi / 4, "l": 0.5}
+    for value in (models.l, sympy.I, sympy.oo, [1.0, 2.0]):
+        with pytest.raises(ModelError, match="a finite number as the value of m, got"):
+            kn.from_sympy_mechanics(method, values={models.m: value})
     with pytest.raises(ModelError, match="keywords that a KanesMethod leaves open, got 'frame'"):
         kn.from_sympy_mechanics(method, frame=N)
     for more, message in (

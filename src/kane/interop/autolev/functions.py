@@ -55,7 +55,7 @@ def _plain(function: Callable[..., Expr], count: int = 1, *, turns: bool = False
         unread = next((x for x in values if isinstance(x, Unread)), None)
         if unread is not None:
             return unread
-        if count == 1 and isinstance(values[0], FileMatrix) and len(values[0].flat()) > 1:
+        if count == 1 and isinstance(values[0], FileMatrix) and not (turns and len(values[0].flat()) == 1):
             return values[0].map(lambda x: function(_radians(r, x, line) if turns else x))
         numbers = [r.scalar(expression(a), line) for a in args]
         return function(*(_radians(r, x, line) if turns else x for x in numbers))
@@ -80,7 +80,7 @@ def output(name: str) -> Call:
 
 
 def _dot(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-    a, b = (r.value(expression(args[k]), line) for k in range(2))
+    a, b = (r.value(expression(x), line) for x in _two(args, line))
     if isinstance(a, FileMatrix) or isinstance(b, FileMatrix):
         table, other = (a, b) if isinstance(a, FileMatrix) else (b, a)
         assert isinstance(table, FileMatrix)
@@ -102,11 +102,18 @@ def _dotted(r: FileReading, a: Value, b: Value, line: Line) -> Value:
 
 
 def _cross(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-    for k in range(2):
-        value = r.value(expression(args[k]), line)
+    a, b = _two(args, line)
+    for x in (a, b):
+        value = r.value(expression(x), line)
         if isinstance(value, Unread):
             return value
-    return r.sheet.cross(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line))
+    return r.sheet.cross(r.vector(expression(a), line), r.vector(expression(b), line))
+
+
+def _two(args: Sequence[Any], line: Line) -> tuple[Any, Any]:
+    if len(args) > 2:
+        raise line.refuse("2 arguments", len(args))
+    return args[0], args[1]
 
 
 def frame_of(r: FileReading, tree: Any, line: Line) -> str:

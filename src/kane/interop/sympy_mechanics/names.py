@@ -6,6 +6,7 @@ symbol stand in its description.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from math import isfinite
 from types import MappingProxyType
 from typing import Any
 
@@ -31,7 +32,7 @@ class Translation(Mapping[Any, Expr]):
         self.names, self._remarks = FreeNames([time.name]), remarks
         self._known: dict[Any, Expr] = {dynamicsymbols._t: time}
         named = {getattr(key, "name", str(key)): x for key, x in values.items()}
-        self._values = {name: expect.number(x, f"a finite number as the value of {name}") for name, x in named.items()}
+        self._values = {name: _number(name, x) for name, x in named.items()}
         self._time = dynamicsymbols._t
         self.coordinates = tuple(self._enter(x, Coordinate) for x in given.q)
         self.speeds = tuple(self._enter(x, Speed) for x in given.u)
@@ -110,6 +111,14 @@ class Translation(Mapping[Any, Expr]):
         if name != key.name:
             self._remarks.say("changed", f"the name of the symbol {key.name}, which is taken, to {name}")
         return Parameter.declare(name, self._values.get(key.name), "", said)
+
+
+def _number(name: str, value: Any) -> float:
+    """A number as the value of a parameter, also one that SymPy keeps as an expression, as π/6."""
+    expected = f"a finite number as the value of {name}"
+    number = expect.floats(value, expected)
+    expect.that(number.ndim == 0 and isfinite(number), expected, value)
+    return float(number)
 
 
 def _name(x: Any) -> str:
