@@ -340,6 +340,15 @@ def test_the_name_of_an_stl_is_no_vertex(tmp_path):
     np.testing.assert_array_equal(read(str(tmp_path / "a.stl")).vertices, [(0, 0, 0), (1, 0, 0), (0, 1, 0)])
 
 
+@pytest.mark.parametrize("gap", [" ", "\n", "\r\n", "\t"])
+def test_words_of_an_stl_stand_on_any_lines(tmp_path, gap):
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    loop = gap.join(f"vertex {x} {y} {z}" for x, y, z in corners)
+    text = gap.join(["solid t", "facet normal 0 0 1", f"outer loop {loop}", "endloop", "endfacet", "endsolid t"])
+    (tmp_path / "a.stl").write_text(text, newline="")
+    np.testing.assert_array_equal(read(str(tmp_path / "a.stl")).vertices, corners)
+
+
 def test_pictures_have_paths_and_ghosts_as_pages_have(tmp_path):
     """The path of a point ends where the point is; a ghost's colour is its body's, nearer to the paper's."""
     module = load("pendulum")

@@ -91,6 +91,8 @@ def test_times_of_a_beam_figure() -> None:
     np.testing.assert_allclose([np.asarray(line.get_ydata())[-1] for line in axes.lines], tip[::-1], rtol=1e-12)
     assert labels(kn.beam_figure(beam, sol, np.int64(2)).axes[0]) == ["t = 0 s", "t = 1 s"]  # type: ignore[arg-type]
     own, read = pickle.loads(pickle.dumps((beam, sol)))
+    late = float(np.nextafter(1.0, 2.0))  # as 3 * 0.1 is later than 0.3
+    assert labels(kn.beam_figure(beam, sol, [-1e-17, late]).axes[0]) == ["t = 0 s", "t = 1 s"]
     assert labels(kn.beam_figure(own, read, [0.6]).axes[0]) == ["t = 0.5 s"]  # it cannot be run again
     wrong: tuple[Any, ...] = (0, -1, True, 0.1, [], [-0.1], [2.0], [np.nan], "a", [[0.1]])
     for times in wrong:

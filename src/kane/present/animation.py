@@ -165,6 +165,8 @@ def animate(
     ------
     ArgumentError
         if there is no motion, or the file cannot be written
+    ModelError
+        if the shapes are of other bodies, or the file of a mesh cannot be read
     """
     solutions = [solution] if not isinstance(solution, Sequence) else list(solution)
     if not solutions or not all(isinstance(s, Solution) for s in solutions):

@@ -17,6 +17,7 @@ from kane.errors import SimulationError
 from kane.model.beams.beam import Beam
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
 from kane.present.figure import file_path, panel_column, saved
 
 _STATIONS = 33
@@ -99,6 +100,8 @@ def _at(solution: Solution, times: Any) -> tuple[Solution, list[int]]:
         wanted = np.linspace(begin, end, expect.whole(times, told, least=1, error=SimulationError))
     else:
         wanted = expect.floats(times, told, error=SimulationError)
+        ends = np.clip(wanted, begin, end)
+        wanted = np.where(np.abs(wanted - ends) <= SAME_TIME * (abs(begin) + abs(end)), ends, wanted)
     inside = (begin <= wanted) & (wanted <= end)
     expect.that(wanted.ndim == 1 and wanted.size and inside.all(), told, times, error=SimulationError)
     distinct, rows = np.unique(wanted, return_inverse=True)

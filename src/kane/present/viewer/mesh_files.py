@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +16,8 @@ from kane.present.viewer.meshes import Mesh, unit_rows
 
 _MOST = 200_000
 """Triangles of a file."""
+_NAMES = re.compile(r"^\s*(?:end)?solid\b(?!.*\bfacet\b).*$", re.MULTILINE)
+"""The lines of an STL that name it, not those on which facets follow."""
 
 
 def read(path: str) -> Mesh:
@@ -29,7 +32,7 @@ def read(path: str) -> Mesh:
 
 def vertices_of(path: str) -> Array:
     """The vertices of a file (n × 3), those of an OBJ without its faces."""
-    return _read(path, lambda text: _vertices(text, "v")).reshape(-1, 3)
+    return _read(path, _obj_vertices).reshape(-1, 3)
 
 
 def _read(path: str, obj: Callable[[str], Array]) -> Array:
@@ -52,7 +55,9 @@ def _stl_corners(data: bytes) -> Array:
     if len(data) == 84 + 50 * count and count:
         record = np.dtype([("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])
         return np.asarray(np.frombuffer(data, record, count, 84)["v"], dtype=float)
-    return _vertices(data.decode("ascii", "replace"), "vertex").reshape(-1, 3, 3)
+    words = _NAMES.sub("", data.decode("ascii", "replace")).split()
+    rows = [words[k + 1 : k + 4] for k, word in enumerate(words) if word == "vertex"]
+    return np.array(rows, dtype=float).reshape(-1, 3, 3)
 
 
 def _obj_corners(text: str) -> Array:
@@ -65,11 +70,10 @@ def _obj_corners(text: str) -> Array:
             k = [int(w.split("/")[0]) for w in words]
             k = [i - 1 if i > 0 else count + i for i in k]
             faces += [(k[0], k[j], k[j + 1]) for j in range(1, len(k) - 1)]
-    corners: Array = _vertices(text, "v")[np.array(faces, dtype=int).reshape(-1, 3)]
+    corners: Array = _obj_vertices(text)[np.array(faces, dtype=int).reshape(-1, 3)]
     return corners
 
 
-def _vertices(text: str, key: str) -> Array:
-    """The numbers (n × 3) of the lines that begin with a word."""
+def _obj_vertices(text: str) -> Array:
     lines = map(str.split, text.splitlines())
-    return np.array([words[1:4] for words in lines if words[:1] == [key]], dtype=float).reshape(-1, 3)
+    return np.array([words[1:4] for words in lines if words[:1] == ["v"]], dtype=float).reshape(-1, 3)
