@@ -12,6 +12,7 @@ FILES = {
     "none.py": "x = 1\n",
     "key.py": "from kane.gallery.pendulum import system\nSTART = {'q': {'tetha': 1}}\n",
     "kind.py": "from kane.gallery.pendulum import system\nSTART = {'qq': {'theta': 1}}\n",
+    "sources.py": "from kane.gallery.pendulum import system\nSOURCES = 'a book'\n",
     "there.csv": "",
 }
 WRONG = {
@@ -28,6 +29,7 @@ WRONG = {
     "check none.py": (1, "Define one that returns a kn.System"),
     "check key.py": (1, "Did you mean theta?"),
     "check kind.py": (1, "q, u, parameters"),
+    "check sources.py": (1, "SOURCES in sources.py to be a list of texts, got 'a book'"),
     "simulate pendulum --csv there.csv": (2, "--force"),
     "simulate pendulum --csv there.csv/run.csv": (2, "there.csv"),
     "new model.txt": (2, "`kane new model.py`"),

@@ -19,6 +19,7 @@ from typing import Annotated, Any
 import typer
 
 import kane as kn
+from kane import expect
 from kane.cli import screen
 from kane.cli.screen import Misuse, short, user_code
 from kane.errors import ModelError, alike, cut
@@ -143,7 +144,8 @@ def _model(
         drawn = getattr(module, "shapes", None)
         shapes = tuple(drawn(system)) if callable(drawn) else ()
     title, sources = getattr(module, "TITLE", name.replace("_", " ")), getattr(module, "SOURCES", ())
-    return NamedModel(name, str(title), tuple(sources), path, system, begin, span, declared, shapes)
+    quoted = expect.instances(sources, str, f"SOURCES in {where} to be a list of texts", 'Write SOURCES = ["…"].')
+    return NamedModel(name, str(title), quoted, path, system, begin, span, declared, shapes)
 
 
 def _kind(value: object) -> str:
