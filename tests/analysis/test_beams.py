@@ -5,7 +5,9 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 
 import kane as kn
 from kane.gallery import load
@@ -37,6 +39,14 @@ def test_linearized_without_stiffening(spin: float, warned: bool) -> None:
 @pytest.mark.parametrize(("modes", "spin", "enough"), [(1, 4, True), (1, 12, False), (3, 12, True)])
 def test_too_few_modes(modes: int, spin: float, enough: bool) -> None:
     assert linearized(spin, modes=modes) == ([] if enough else [kn.ModesWarning])
+
+
+@pytest.mark.parametrize("share", [Polynomial([1.0, -0.5]), np.poly1d([-0.5, 1.0]), lambda x: 1 - 0.5 * x])
+def test_a_taper_may_be_a_polynomial_of_numpy(share: Any) -> None:
+    """Which has no hash: frequencies of a beam are kept for the next time."""
+    tapers = {name: kn.tapered(1.0, share) for name in ("mass_per_length", "EI")}
+    for spin, found in ((2.0, []), (6.0, [kn.StiffeningWarning])):
+        assert linearized(spin, stiffening=False, modes=2, **tapers) == found
 
 
 def test_a_branch_is_warned_of_once_at_its_fastest_point() -> None:

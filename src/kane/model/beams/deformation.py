@@ -16,6 +16,7 @@ mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -93,7 +94,7 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
     expected = "breaks= of the taper as places ξ between 0 and 1"
     places = sorted({expect.number(x, expected) for x in expect.items(breaks, expected)})
     expect.that(all(0 < x < 1 for x in places), expected, breaks)
-    shares = Share(share, tuple(places))
+    shares = Share(partial(share), tuple(places))  # which has a hash, as a polynomial of NumPy has not
     along = shares(GRID)
     if not (along[:-1] > 0).all() or not np.isfinite(along).all() or along[-1] < 0:
         worst = GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]
