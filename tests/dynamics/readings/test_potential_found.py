@@ -162,6 +162,11 @@ def test_loads_of_one_name_are_told_apart():
             assert kn.evaluate([kn.diff(v, x), kn.diff(v, y)], {x: 0.3, y: 0.5}) == pytest.approx(slopes)
     with pytest.raises(kn.PotentialError, match=r"got .pull., which 2 of them are called\. Give the load itself"):
         eom.find_potential(["pull"])
+    both = kn.Load.from_potential(k * x**2 / 2), kn.Load.from_potential(y**2)
+    held = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=both))
+    for load, slopes in zip(both, ((7.0 * 0.3, 0), (0, 2 * 0.5)), strict=True):
+        v = held.find_potential(load).value
+        assert kn.evaluate([kn.diff(v, x), kn.diff(v, y)], {x: 0.3, y: 0.5}) == pytest.approx(slopes)
     energy = next(i.value for i in eom.integrals if i.name == "energy")
     rest = dict.fromkeys((*eom.speeds, a, b), 0.0)
     assert kn.evaluate(energy, {x: 0.3, y: 0.5, **rest}) == pytest.approx(3.5 * 0.3**2 + 1.5 * 0.5**2)

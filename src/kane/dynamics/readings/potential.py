@@ -267,7 +267,8 @@ def _load_named(derived: Derived, load: Any) -> Load:
     same = zip((*system.gravities, *system.loads), derived.loads, derived.as_declared.loads, written, strict=True)
     name = load.name if isinstance(load, Load) else load if isinstance(load, str) else None
     found = [group[-1] for group in same if any(load is x for x in group)]
-    found = found or [x for x in written if x.name == name]
+    function = load.scalar if isinstance(load, Load) else None  # of which the system has made forces
+    found = found or [x for x in written if x.name == name and (function is None or function is x.scalar)]
     if len(found) == 1:
         return found[0]
     names = ", ".join(x.name for x in written) or "none"
