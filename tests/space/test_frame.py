@@ -278,6 +278,7 @@ def test_nothing_that_reads_writes():
         (lambda: N.rotate("B", a, kn.parameter("k", 3.0) * N.x), r"length 3"),
         (lambda: N.rotate("B", a, 0 * N.z), "zero vector"),
         (lambda: N.rotate("B", a, N.rotate("A", b, N.z).x), "fixed in frame N, got A.x: it depends on b"),
+        (lambda: N.rotate("B", a, kn.cos(kn.state("s", 0.1)) * N.x), "fixed in frame N, got .*: it depends on s"),
         (lambda: N.rotate("B", a, kn.Frame("M").x), "no common root"),
         (lambda: N.rotate_body("B", (a, b, c), "xxy"), "neighbours different"),
         (lambda: N.rotate_body("B", (a, b), "xyz"), "three angles"),
