@@ -95,3 +95,6 @@ def test_states_are_named_by_symbols_by_names_and_alone():
         with pytest.raises(kn.KaneError, match=r"Expected .*, got"):
             kn.trim(eom, q=0, u=0, **wrong)
     assert kn.trim(eom, q=0, u=0, moving=z).q[z] == 0
+    for any_size in (np.inf, np.array(1e-8)):
+        assert kn.linearize(eom, q=0, u=0, tolerance=any_size).states == linear.states
+        assert kn.trim(eom, q=0, u=0, tolerance=any_size).q[z] == 0

@@ -66,7 +66,7 @@ class Linearizer(Attributes):
         **values: Unpack[StateValues],
     ) -> Linear | Any:
         """See `linearize`."""
-        expect.number(tolerance, "a tolerance, a number", error=ArgumentError)
+        expect.floats(tolerance, "a tolerance, a number", error=ArgumentError)
         gone, chosen = names_in("leave_out= as a list", leave_out), names_in("independent= as a list", independent)
         many = poses(self.eom, state, values)
         if many is not None:

@@ -181,7 +181,7 @@ def trim(
         if the conditions do not determine what is left out
     """
     check_equations(eom)
-    expect.number(tolerance, "a tolerance, a number", error=ArgumentError)
+    expect.floats(tolerance, "a tolerance, a number", error=ArgumentError)
     many = poses(eom, state, values)
     if many is not None:
         with working("Trimming"):
