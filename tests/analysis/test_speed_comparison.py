@@ -119,3 +119,7 @@ def test_what_is_no_set_of_speeds_is_named():
         kn.compare_methods(system, [])
     one = kn.compare_speeds(system, {}, routes="classical").sets[0]
     assert one.operations == kn.compare_speeds(system, {}, routes=["classical"]).sets[0].operations
+    again = kn.compare_speeds(system, candidates, routes=iter(["classical"])).sets
+    assert all("classical" in speeds.operations for speeds in again)
+    for methods in (np.array(["kane", "lagrange"]), iter(["kane", "lagrange"])):
+        assert list(kn.compare_methods(system, methods).formulations) == ["kane", "lagrange"]

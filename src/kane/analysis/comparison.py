@@ -144,7 +144,7 @@ def compare_speeds(
     expect.that(named, "candidates by name, {name: speeds}", candidates)
     if DECLARED in candidates:
         raise ModelError(f"Expected names other than {DECLARED!r}, which is that of the system's own speeds.")
-    asked = (routes,) if isinstance(routes, str) else routes
+    asked = routes if routes is None else (routes,) if isinstance(routes, str) else tuple(routes)
     expect.none((repr(r) for r in asked or () if r not in ASKED), f"routes among {', '.join(map(repr, ASKED))}")
     expect.that(along is None or hasattr(along, "t"), "a motion along= which it is", along, "Give kn.simulate(…).")
     sets = [_set(DECLARED, system, along, asked)]
@@ -264,9 +264,9 @@ def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS
         if a method has another name
     """
     expect.instance(system, (System, Equations), "a System or its Equations")
-    expect.that(methods, "methods to compare", methods)
     wanted: Any = methods
-    names: Any = (wanted,) if isinstance(wanted, str) or not isinstance(wanted, Iterable) else wanted
+    names: Any = (wanted,) if isinstance(wanted, str) or not isinstance(wanted, Iterable) else tuple(wanted)
+    expect.that(names, "methods to compare", methods)
     for name in names:
         expected = f"methods among {', '.join(map(repr, METHODS))}"
         expect.that(isinstance(name, str) and name in METHODS, expected, name, alike(str(name), METHODS).strip())

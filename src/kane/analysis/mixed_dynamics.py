@@ -112,7 +112,7 @@ class Inverse(Attributes):
         many = poses(self.eom, state, by_kind)
         assert many is not None
         own = named_values("quantities that are given", self.known, given)
-        wrong = (f"{np.shape(v)} for {s}" for s, v in own.items() if np.shape(v) not in ((), (many.count,)))
+        wrong = (f"{np.shape(v)} for {s}" for s, v in own.items() if np.shape(v) not in ((), (1,), (many.count,)))
         expect.none(wrong, f"{many.count} values of each array beside the Dataset", error=SimulationError)
 
         def at(k: int) -> dict[Symbol, Any]:

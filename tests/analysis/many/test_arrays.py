@@ -428,6 +428,8 @@ def test_values_beside_a_dataset_have_its_length(bead):
     states = kn.assemble(bead, q={"x": PLACES, "y": kn.guess(-1)})
     with pytest.raises(kn.SimulationError, match=r"4 values of each array beside the Dataset, got \(3,\) for F"):
         kn.inverse(bead, [u.dt for u in bead.speeds])(states, given={"F": np.zeros(3)})
+    one, all_four = (kn.inverse(bead, [u.dt for u in bead.speeds])(states, given={"F": x}) for x in (np.ones(1), 1.0))
+    assert one.equals(all_four)
 
 
 def test_names_of_what_a_dataset_tells_are_taken():
