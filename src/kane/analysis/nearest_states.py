@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The states that `assemble` finds of many by themselves, each nearest to its own guesses, where numbers of all leave no doubt of it.
 
-Of each state Newton's steps start at its guesses, around them, and on all branches that the first state has. In doubt is where none
-of them closes, where two are about as near, or where constraints are nearly singular: such a state is to be assembled by itself.
+Of each state Newton's steps start at its guesses, around them, and on all branches that the first state has. In doubt is where they
+close on fewer branches than it has, where none is nearest whatever the sizes of lengths are, or where constraints are nearly singular:
+such a state is to be assembled by itself.
 """
 
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import entries
 from kane.dynamics.constraints.manifold import LevelSet
 from kane.equations.equations import Equations
+from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array, Indices, Mask
@@ -51,17 +53,23 @@ class NearestStates:
         self.eom = poses.eom
         start = entries("coordinates", self.eom.coordinates, poses.state(0).q)
         self.free, self.guessed, self.missing = [*start.free], [*start.guessed], [*start.missing]
+        speeds = entries("speeds", self.eom.speeds, poses.state(0).u)
+        self.sought = [*speeds.free] if speeds.missing else []
         self.level: LevelSet | None = None
-        self.branches = np.zeros((0, len(start.values)))
+        self.branches, self.apart = np.zeros((0, len(start.values))), True
         if self.eom.derived.conditions.f:
             sought = search(level_of(poses, 0), start)
             self.level = sought.level if start.free else sought.level.of(start.values, range(len(start.values)))
             self.branches = self._found(sought)
+            self.apart = all(_determined(sought.block(x)[None]).all() for x in self.branches)
 
     def _found(self, sought: ClosureSearch) -> Array:
         if not self.free:
             return self.branches
-        return np.array([one.x for one in sought.found().closed]).reshape(-1, len(sought.start.values))
+        closed = sought.found().closed
+        if not closed:
+            raise SimulationError("Expected a state whose branches are those of others, got one that does not close.")
+        return np.array([one.x for one in closed])
 
     def at(self, poses: Poses) -> StatesOnConstraints:
         """The states at other values."""
@@ -69,7 +77,8 @@ class NearestStates:
         base, free = start_of(poses)
         q, doubt = base, np.zeros(count, dtype=bool)
         unit = {e for s in eom.system.euler_parameters for e in s.coordinates}
-        if eom.solved.twin is not None or free != self.free or any(eom.coordinates[i] in unit for i in free):
+        unlike = free != self.free or not self.apart
+        if eom.solved.twin is not None or unlike or any(eom.coordinates[i] in unit for i in free):
             doubt[:] = True
         elif self.level is None:
             doubt[:] = bool(free)
@@ -83,7 +92,7 @@ class NearestStates:
         sure = np.flatnonzero(~doubt)
         if len(sure):
             u[sure], _, unsure, a[sure] = speeds_at(poses, q, sure)
-            doubt[sure[unsure]] = True
+            doubt[sure[unsure | ~_determined(_levelled(a[sure][:, :, self.sought]))]] = True
         return StatesOnConstraints(q, u, a, doubt)
 
     def _closed(self, poses: Poses, guesses: Array) -> tuple[Array, Mask]:
@@ -120,12 +129,23 @@ class NearestStates:
         distance[~valid] = np.inf
         best = np.argmin(distance, axis=1)
         every = np.arange(count)
-        apart = np.abs(away - away[every, best][:, None]).max(axis=2) > ONE_POSITION
-        following = np.where(apart & valid, distance, np.inf).min(axis=1)
+        others = valid & (np.abs(away - away[every, best][:, None]).max(axis=2) > ONE_POSITION)
+        following = np.where(others, distance, np.inf).min(axis=1)
         nearest = q.reshape(count, tries, -1)[every, best]
         block = values(nearest, every)[1][:, :, free] * size.x / size.f[:, None]
         surely = np.isfinite(distance[every, best]) & (distance[every, best] < _NEARER * following)
+        surely &= (_different(away, valid) >= len(self.branches)) & self._nearest_anyhow(away, best, others)
         return nearest, ~(surely & _determined(block))
+
+    def _nearest_anyhow(self, away: Array, best: Indices, others: Mask) -> Mask:
+        """Where the best of several places (k × tries × free, off the guesses) is nearer than the others by angles and each length."""
+        assert self.level is not None
+        turns = self.level.usual.turns
+        counted = np.isin([*self.level.free], self.guessed or self.missing)
+        angle = np.linalg.norm(away[:, :, counted & turns], axis=2, keepdims=True)
+        parts = np.concatenate([angle, np.abs(away[:, :, counted & ~turns])], axis=2)
+        own = parts[np.arange(len(best)), best][:, None]
+        return np.asarray(((own <= np.maximum(_NEARER * parts, ONE_POSITION)).all(axis=2) | ~others).all(axis=1))
 
     def _starts(self, guesses: Array) -> Array:
         """The guesses of each state, some around them, and the branches of the first (k × tries × n)."""
@@ -149,6 +169,15 @@ class NearestStates:
         there = self.level.shares(f(home)).max(axis=1, initial=0)
         kept = there <= 10 * CLOSED
         return np.where(kept, np.minimum(left, there), left), np.where(kept[:, None], home, x)
+
+
+def _different(x: Array, valid: Mask) -> Indices:
+    """How many different ones each row has among several places (k × tries × n) that are valid."""
+    count = np.zeros(len(x), dtype=np.int64)
+    for i in range(x.shape[1]):
+        same = valid[:, :i] & (np.abs(x[:, :i] - x[:, i : i + 1]).max(axis=2) <= ONE_POSITION)
+        count += valid[:, i] & ~same.any(axis=1)
+    return count
 
 
 def _none(x: Array, rows: Indices) -> Mask:
@@ -175,8 +204,18 @@ def _by_symbol(eom: Equations, poses: Poses, rows: Indices) -> dict[Expr, Array]
     return {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
 
 
+def _levelled(block: Array) -> Array:
+    """Blocks (k × m × n) whose columns, and then rows, have entries of 1 at most."""
+    for axis in (1, 2):
+        size = np.abs(block).max(axis=axis, keepdims=True, initial=0)
+        block = block / np.where(size > 0, size, 1.0)
+    return block
+
+
 def _determined(block: Array) -> Mask:
     """Where f surely determines what is free, by ∂f/∂q (k × m × free) in their sizes."""
+    if not block.shape[2]:
+        return np.ones(len(block), dtype=bool)
     if block.shape[1] < block.shape[2] or not np.isfinite(block).all():
         return np.zeros(len(block), dtype=bool)
     values = np.linalg.svd(block, compute_uv=False)

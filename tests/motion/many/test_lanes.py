@@ -10,6 +10,8 @@ import kane as kn
 from kane import Settings
 from kane.gallery import double_pendulum, four_bar, furuta_pendulum, pendulums, slider_crank, spherical_pendulum
 from kane.motion import Begin, Method, ReturnCode, Stepper, admitted_start, input_functions, run_in_lanes, runs_in_lanes
+from kane.motion.constraint_kernels import choices, wanted
+from kane.motion.many import lanes
 from tests.examples import examples
 
 EXACT = Settings(contract=False)
@@ -252,3 +254,25 @@ def test_constraints(name, rng):
         assert [t for t, _ in found.changes[k]] == [t for event, t in sol.events if "dependent" in event.name]
         changed += bool(found.changes[k])
     assert changed > count / 2
+
+
+def test_dependent_speeds_that_another_thread_wants_first(monkeypatch, rng):
+    """Instances that come back for dependent speeds run once more, also where these have been compiled for others since."""
+    make, q, u, longest = CONSTRAINED["slider-crank"]
+    eom, count, run = kn.derive(make()), 19, lanes._run
+    one = stepper(eom)
+
+    def as_another(*given):
+        found = run(*given)
+        one.numeric.value(wanted).update(choices(eom))
+        return found
+
+    monkeypatch.setattr(lanes, "_run", as_another)
+    p = np.tile([s.default for s in eom.parameters], (count, 1))
+    at = kn.assemble(eom, q={**q, "q2": kn.guess(-0.2), "x": kn.guess(0.3)}, u=u)
+    starts = np.tile([*at.q.values(), *at.u.values()], (count, 1))
+    spans = np.column_stack([np.zeros(count), longest * rng.uniform(0.8, 1, count)])
+    way = Method("tsitpap8", TOLERANCE, TOLERANCE, 100_000)
+    found = run_in_lanes(one, way, starts, p, np.zeros((count, 0)), spans, spans[:, 1:])
+    assert (found.back == ReturnCode.END).all()
+    assert all(found.changes)

@@ -11,8 +11,10 @@ import pytest
 import kane as kn
 from kane.gallery import four_bar, pendulums, slider_crank
 from kane.gallery.contacts import bouncing_ball, mass_on_belt
+from kane.gallery.flexible import flexible_slider_crank
 from kane.motion import check_values, surely_admitted
 from tests.peer import require
+from tests.systems.four_bar import BAR
 
 require("xarray")
 
@@ -305,14 +307,76 @@ def test_starts_on_constraints_are_found_together(system, names, share, rng):
     eom, count = kn.derive(system.system()), 70
     own = {s.name: s.default for s in eom.parameters if names is None or s.name in names}
     parameters = {name: value * (1 + share * rng.uniform(-1, 1, count)) for name, value in own.items()}
-    given = {"parameters": parameters, "samples": 3, **system.START}
-    together, alone = (kn.simulate_many(eom, (0, 0.02), lanes=lanes, **given) for lanes in (True, False))
+    begin_alike(eom, 0.02, parameters=parameters, **system.START)
+
+
+def begin_alike(eom, end, **given):
+    """Motions in lanes begin, or fail, as each does alone, and go the same way."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kn.KaneWarning)
+        together, alone = (
+            kn.simulate_many(eom, (0, end), samples=3, method="vern9", lanes=lanes, **given) for lanes in (True, False)
+        )
     assert list(together.status.values) == list(alone.status.values)
     assert list(together.cause.values) == list(alone.cause.values)
     for s in eom.state:
         ours, theirs = together[s.name].values, alone[s.name].values
         np.testing.assert_allclose(ours[:, 0], theirs[:, 0], rtol=0, atol=1e-12)
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-6)
+    return list(alone.cause.values)
+
+
+@pytest.mark.parametrize("guesses", [(-3.672, -3.868), (0.853, 1.836)])
+def test_starts_far_from_their_guesses(guesses, rng):
+    """The first four-bar does not close; from far away Newton's steps of others come to the further branch alone."""
+    eom, count = kn.derive(four_bar.system()), 120
+    own = {"a": 0.4, "b": 1.0, "c": 0.8, "d": 1.1}
+    parameters = {name: value * rng.uniform(0.5, 1.8, count) for name, value in own.items()}
+    parameters["d"][0] = 4.0
+    q = {"q1": rng.uniform(-3, 3, count), "q2": kn.guess(guesses[0]), "q3": kn.guess(guesses[1])}
+    begin_alike(eom, 0.001, q=q, u={"u1": 3.0}, parameters=parameters)
+
+
+@pytest.mark.parametrize("guesses", [(1.2, 0.1), (3.0, 5.0)])
+def test_starts_between_lengths_and_angles(guesses, rng):
+    """Which branch is nearer is told by lengths beside angles, in sizes that differ from slider-crank to slider-crank."""
+    eom, count = kn.derive(slider_crank.system()), 120
+    size = 10 ** rng.uniform(-1, 1, count)
+    parameters = {name: x * size * rng.uniform(0.5, 1.5, count) for name, x in (("r", 0.08), ("l", 0.24))}
+    q = {"q1": rng.uniform(-3, 3, count), "q2": kn.guess(guesses[0]), "x": kn.guess(guesses[1])}
+    begin_alike(eom, 0.001, q=q, u={"u1": 3.0}, parameters=parameters)
+
+
+@pytest.mark.parametrize(
+    ("u", "told"),
+    [
+        (None, "either u= or rates="),
+        ({"u1": kn.guess(3.0)}, "too few"),
+        ({"u2": 1 + 2j}, "a number as the start value"),
+    ],
+    ids=["none", "too few", "complex"],
+)
+def test_speeds_that_are_no_start(u, told):
+    """What is wrong with the speeds of one motion is wrong with those of many."""
+    q = {"q1": np.linspace(0.8, 1.2, 66), "q2": kn.guess(0.4), "q3": kn.guess(-1.5)}
+    causes = begin_alike(kn.derive(four_bar.system()), 0.01, q=q, u=u)
+    assert all(told in cause for cause in causes)
+
+
+def test_states_that_are_no_numbers():
+    z = kn.state("z")
+    eom = BAR.derive(states={z: -z})
+    q = {"q1": np.linspace(0.8, 1.2, 66), "q2": kn.guess(0.4), "q3": kn.guess(-1.5)}
+    causes = begin_alike(eom, 0.01, q=q, u={"u1": 1.0}, states={"z": 1 + 1j})
+    assert all("a number as the start value for z" in cause for cause in causes)
+
+
+def test_beams_bent_beyond_their_equations():
+    """Where the kinetic energy would be negative there is no motion, of many as of one."""
+    eom, bent = kn.derive(flexible_slider_crank.system()), np.linspace(0, 0.12, 66)
+    q = {"q_crank": 0.5, "v1_rod": bent, "v2_rod": -bent, "q_wrist": kn.guess(0.1), "x": kn.guess(0.1)}
+    causes = begin_alike(eom, 1e-4, q=q, u={u.name: 0.0 for u in eom.independent_speeds})
+    assert 0 < sum("kinetic energy ≥ 0" in cause for cause in causes) < 66
 
 
 def test_starts_that_are_given_whole_and_in_doubt():

@@ -177,10 +177,10 @@ def poses(
     if not has_columns(kinds):
         return None
     package("xarray")
-    return Poses(eom, _in_numbers(instances(eom, kinds)), {})
+    return Poses(eom, in_numbers(instances(eom, kinds)), {})
 
 
-def _in_numbers(given: Instances) -> Instances:
+def in_numbers(given: Instances) -> Instances:
     """With floats in the places of whatever numbers all have in common; guesses stay."""
     common = {
         kind: own and {s: x if isinstance(x, Guess) else finite_number("value", s.name, x) for s, x in own.items()}
@@ -216,7 +216,7 @@ def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
     kinds["t"] = kinds["t"] or {time: 0.0}
     more: dict[str, Any] = dict.fromkeys(kinds)
     more |= {kind: {time: x} if kind == "t" else x for kind, x in values.items() if x is not None}
-    return _joined(eom, instances(eom, kinds), _in_numbers(instances(eom, more)), count, failed)
+    return _joined(eom, instances(eom, kinds), in_numbers(instances(eom, more)), count, failed)
 
 
 def _joined(eom: Equations, one: Instances, other: Instances, count: int, failed: Mapping[int, str]) -> Poses:

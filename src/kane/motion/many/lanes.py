@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kane.dynamics.constraints.partition import Partition
 from kane.errors import KaneError
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import alike, among, choices, entries, holding, holding_one, stepping, wanted
@@ -113,24 +114,26 @@ def run_in_lanes(
     want, and that nobody has compiled before, are compiled, and these instances run once more.
     """
     own = starts, parameters, inputs, spans, times
+    known = {*stepper.numeric.value(wanted)}  # other threads may want more in the meantime
     ends = _run(stepper, method, own, reach, width)
     while True:
-        again = _want_others(stepper, ends)
+        again = _want_others(stepper, ends, known)
         if not again.any():
             return ends
         further = None if reach is None else reach[again]
         ends = ends.replaced(again, _run(stepper, method, tuple(x[again] for x in own), further, width))
 
 
-def _want_others(stepper: Stepper, ends: Ends) -> Mask:
-    """The instances that came back for dependent speeds that no motion had wanted before."""
+def _want_others(stepper: Stepper, ends: Ends, known: set[Partition]) -> Mask:
+    """The instances that came back for dependent speeds that were not `known` before, which they are from now on."""
     held, which = ends.told[:, Slot.HELD], ends.told[:, Slot.WORST]
     asks = (ends.back == ReturnCode.LOOK) & (held == POORER) & (which >= 0.0)
     if not asks.any():
         return np.asarray(asks)
-    every, known = choices(stepper.eom), stepper.numeric.value(wanted)
+    every = choices(stepper.eom)
     new = [k for k, choice in enumerate(every) if choice not in known and k in which[asks]]
     known.update(every[k] for k in new)
+    stepper.numeric.value(wanted).update(known)
     return np.asarray(asks & np.isin(which, new))
 
 

@@ -16,7 +16,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kane.analysis.many.poses import Poses
+from kane.analysis.many.poses import Poses, in_numbers
 from kane.analysis.nearest_states import NearestStates
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
@@ -113,7 +113,8 @@ class Pool:
     def __init__(self, family: Ensemble, first: Runner) -> None:
         self.family = family
         self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
-        held = self.lanes is not None and first.holding is not None
+        # of a beam it is to be seen at each start whether it is bent further than its equations hold
+        held = self.lanes is not None and first.holding is not None and not first.bends
         self.nearest = _nearest(family, first) if held else None
         self._free = [self._bound(first)]
 
@@ -281,19 +282,24 @@ def _held(
     family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The starts of a tile on the constraints: all together, but for those in doubt, which are found one by one."""
-    eom, doubt, begun = family.eom, np.ones(len(tile), dtype=bool), dict[int, Outcome[Start]]()
+    begun = dict[int, Outcome[Start]]()
     if nearest is not None:
-        poses = _poses(family, runner, tile)
-        found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
-        further = [np.full(len(tile), given.get(a, a.default), dtype=float) for a in eom.states]
-        x = np.column_stack([found.q, found.u, *further])
-        doubt = found.doubt | ~surely_admitted(eom, p) | ~np.isfinite(x).all(axis=1)
-        usual = parameter_values(eom.system, family.instances.at(tile[0])["parameters"])
-        for n in np.flatnonzero(~doubt).tolist():
-            begun[tile[n]] = Outcome(Start(x[n], p[n], usual, np.abs(found.a[n])))
-    for n in np.flatnonzero(doubt).tolist():
-        begun[tile[n]] = decided(_projected_start, family, runner, tile[n])
+        starts = decided(_sure, family, runner, tile, nearest).found or {}
+        begun |= {k: Outcome(start) for k, start in starts.items()}
+    for k in [k for k in tile if k not in begun]:
+        begun[k] = decided(_projected_start, family, runner, k)
     return _one_after_another({k: begun[k] for k in tile})
+
+
+def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates) -> dict[int, Start]:
+    """The starts of a tile of which there is no doubt."""
+    eom, poses = family.eom, _poses(family, runner, tile)
+    found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
+    further = [np.full(len(tile), given.get(a, a.default), dtype=float) for a in eom.states]
+    x = np.column_stack([found.q, found.u, *further])
+    sure = ~found.doubt & surely_admitted(eom, p) & np.isfinite(x).all(axis=1)
+    usual = parameter_values(eom.system, family.instances.at(tile[0])["parameters"])
+    return {tile[n]: Start(x[n], p[n], usual, np.abs(found.a[n])) for n in np.flatnonzero(sure).tolist()}
 
 
 def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:
@@ -307,8 +313,10 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
 
 
 def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
-    """What the first instance that can be assembled tells of the starts of all; None where none of a few can."""
-    for k in range(min(_TRIED, family.instances.count)):
+    """What the first instance that can be assembled tells of the starts of all; None where none of a few can, or q or u is missing."""
+    at = family.instances.at(0)
+    known = at["q"] is not None and at["u"] is not None
+    for k in range(min(_TRIED, family.instances.count) if known else 0):
         with suppress(KaneError):
             return NearestStates(_poses(family, runner, range(k, k + 1)))
     return None
@@ -323,7 +331,7 @@ def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
         "inputs": dict(zip(family.eom.inputs, runner.r.tolist(), strict=False)),
     }
     columns = {**own.columns, "t": {}, "inputs": {}}
-    return Poses(family.eom, replace(own, common=common, columns=columns), {})
+    return Poses(family.eom, in_numbers(replace(own, common=common, columns=columns)), {})
 
 
 def _unchecked(family: Ensemble, k: int) -> Start:
