@@ -36,3 +36,16 @@ def test_masses_far_apart_are_no_singularity():
         eom, (0, 0.1), q=[0.1, 0.2, 0.3], u=[0, 0, 0], parameters={names["m1"]: 1e9, names["m3"]: 1e-9}
     )
     assert np.isfinite(solution[list(eom.speeds)]).all()
+
+
+def test_a_coordinate_without_mass_that_a_constraint_gives():
+    """M has a row of zeros, which constraints make up for: the second motion is as the first."""
+    N, q, x = kn.Frame("N"), kn.coordinate("q"), kn.coordinate("x")
+    O = kn.Point("O", fixed_in=N)
+    tip = O.at("tip", N.rotate("A", q, N.z).x)
+    shadow = kn.coincident(tip, O.at("shadow", x * N.x), along=(N.x,), name="shadow")
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("tip", tip, 1.0)], holonomic=shadow, speeds="rates"))
+    start = {"q": {"q": 1.0, "x": kn.guess(0.5)}, "u": {"u_q": 0.1}}
+    first, again = (kn.simulate(eom, (0, 1), samples=3, method="vern9", **start) for _ in range(2))
+    np.testing.assert_allclose(first["q"], 1.0 + 0.1 * first.t, rtol=1e-6)
+    np.testing.assert_allclose(again.states, first.states, rtol=0, atol=1e-9)

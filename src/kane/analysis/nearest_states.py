@@ -29,6 +29,8 @@ _AROUND = 5
 """Starts around the guesses of each state."""
 _NEARER = 0.9
 """Share of the distance of the next branch up to which a branch is surely the nearest."""
+_FAR = 1.0
+"""How far the nearest is from its guesses at most (rad, or sizes of lengths): around what is further others may be as near, unseen."""
 
 
 class StatesOnConstraints(NamedTuple):
@@ -135,6 +137,7 @@ class NearestStates:
         block = values(nearest, every)[1][:, :, free] * size.x / size.f[:, None]
         surely = np.isfinite(distance[every, best]) & (distance[every, best] < _NEARER * following)
         surely &= (_different(away, valid) >= len(self.branches)) & self._nearest_anyhow(away, best, others)
+        surely &= np.abs(away[every, best]).max(axis=1) <= _FAR
         return nearest, ~(surely & _determined(block))
 
     def _nearest_anyhow(self, away: Array, best: Indices, others: Mask) -> Mask:

@@ -22,7 +22,7 @@ from kane.equations.compiled import Kept, ports
 from kane.equations.equations import Equations
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.node import constant as constant_node
 from kane.model.beams.beam import Beam
 from kane.motion.arguments import Arguments
@@ -82,9 +82,11 @@ def judged(eom: Equations) -> Bundle[Array]:
 
 
 def _least_pivot(m: list[list[Expr]], others: Sequence[Expr]) -> Expr:
-    """min d_i / M_ii of M = L D Lᵀ, which is changed, and of `others`; 1 where there are none."""
+    """min d_i / M_ii of M = L D Lᵀ, which is changed, and of `others`; 1 where there are none, 0 where M has nothing to divide by."""
     least, diagonal = reduce(NODE_BUILDERS["min"], others, ONE), [row[i] for i, row in enumerate(m)]
     for k, row in enumerate(m):
+        if row[k] is ZERO:
+            return ZERO
         least = NODE_BUILDERS["min"](least, div(row[k], diagonal[k]))
         for i in range(k + 1, len(m)):
             share = div(m[i][k], row[k])

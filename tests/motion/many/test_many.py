@@ -337,6 +337,33 @@ def test_starts_far_from_their_guesses(guesses, rng):
     begin_alike(eom, 0.001, q=q, u={"u1": 3.0}, parameters=parameters)
 
 
+def test_starts_whose_nearest_branch_the_first_does_not_have():
+    """A point of a coupler is moved: six branches or fewer, by lengths, of which Newton's steps from far away do not see all."""
+    N, parts = kn.Frame("N"), list[kn.RigidBody]()
+    O = kn.Point("O", fixed_in=N)
+    own = {
+        "a": [0.688, 0.811, 0.826],
+        "b": [0.707, 0.761, 0.797],
+        "c": [1.062, 1.025, 0.995],
+        "d": [1.318, 0.978, 0.937],
+        "e": [0.493, 0.588, 0.623],
+    }
+    q, x, lengths = kn.coordinates("q1:4"), kn.coordinate("x"), [kn.parameter(name, v[0]) for name, v in own.items()]
+    place = O.at("pivot", 0)
+    for name, angle, length in zip("ABC", q, lengths, strict=False):
+        frame = N.rotate(name, angle, N.z)
+        center, inertia = place.at(f"{name}*", length / 2 * frame.x), kn.inertia(frame, 0.01, 0.1, 0.1)
+        parts.append(kn.RigidBody(name, frame=frame, mass_center=center, mass=1, inertia=inertia))
+        place = place.at(f"end {name}", length * frame.x)
+    point, slide = parts[1].mass_center.at("P", lengths[4] * parts[1].frame.y), O.at("S", x * N.x)
+    loop = kn.coincident(place, O.at("anchor", lengths[3] * N.x), along=(N.x, N.y), name="loop")
+    slider = kn.coincident(point, slide, along=(N.x,), name="slider")
+    bodies = [*parts, kn.Particle("slide", slide, 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, holonomic=[*loop, *slider], speeds="rates"))
+    guesses = dict(zip(("q1", "q2", "q3"), map(kn.guess, (-0.98, 1.586, 1.582)), strict=True))
+    begin_alike(eom, 5e-4, q=guesses | {"x": [0.198, 0.241, 0.195]}, u={"u_x": 0.1}, parameters=own)
+
+
 @pytest.mark.parametrize("guesses", [(1.2, 0.1), (3.0, 5.0)])
 def test_starts_between_lengths_and_angles(guesses, rng):
     """Which branch is nearer is told by lengths beside angles, in sizes that differ from slider-crank to slider-crank."""
