@@ -14,12 +14,10 @@ import numpy as np
 from kane.analysis.assembly import ClosureSearch, search
 from kane.analysis.many.assembled import closing, level_of, speeds_at, start_of
 from kane.analysis.many.poses import Poses
-from kane.analysis.state_checks import entries
+from kane.analysis.state_checks import StateArrays, entries
 from kane.dynamics.constraints.manifold import LevelSet
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.expr.node import Expr
-from kane.expr.symbols import time
 from kane.numeric.arrays import Array, Indices, Mask
 from kane.numeric.newton import close_many
 from kane.numeric.sampling import ASSEMBLY_SEED
@@ -120,7 +118,8 @@ class NearestStates:
         q = begun.copy()
         q[:, free] = found.x
         left, q = self._home(q, guesses[rows], found.left, lambda q: values(q, rows)[0])
-        turned = level.manifold.at(_by_symbol(self.eom, poses, rows)).turned(q).any(axis=1)
+        t, p, r = (x[rows] for x in poses.numbers())
+        turned = level.manifold.at(StateArrays(t, q, p, r).given(self.eom)).turned(q).any(axis=1)
         valid = ((left <= CLOSED) & ~turned).reshape(count, tries)
         if not self.free:
             return q, ~valid[:, 0] | ~(missed <= GIVEN)
@@ -199,12 +198,6 @@ def _values_at(eom: Equations, poses: Poses) -> Callable[[Array, Indices], tuple
         return now.f, now.gradient
 
     return values
-
-
-def _by_symbol(eom: Equations, poses: Poses, rows: Indices) -> dict[Expr, Array]:
-    """What is not a coordinate, by symbol, of the states with some numbers."""
-    t, p, r = (x[rows] for x in poses.numbers())
-    return {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
 
 
 def _levelled(block: Array) -> Array:
