@@ -18,7 +18,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Symbol, time
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import named_values, spelled_out, unknown
+from kane.numeric.sampling import finite_number, named_values, spelled_out, unknown
 
 STARTS = ("q", "u", "states")
 
@@ -99,6 +99,8 @@ def instances(eom: Equations, given: Mapping[str, Any], design: Mapping[Any, Any
     for kind, own in values.items():
         rest = {s: v for s, v in own.items() if s not in columns[kind]}
         rest |= {s: float(c[0]) for s, c in columns[kind].items() if len(c) == 1}
+        if kind == "parameters":
+            rest = {s: finite_number("value", s.name, v) for s, v in rest.items()}
         common[kind] = rest or None
         columns[kind] = {s: c for s, c in columns[kind].items() if len(c) > 1}
     return Instances(many, common, columns)

@@ -499,6 +499,8 @@ START = {"q": [0.1, 0.2], "u": [0, 0]}
         (START | {"parameters": {"m9": [1, 2]}}, kn.errors.ValueMissingError, r"got one for 'm9'\. Did you mean"),
         (START | {"parameters": {"m1": []}}, kn.SimulationError, r"at least one instance.* for m1"),
         (START | {"parameters": {"m1": ["a", "b"]}}, kn.SimulationError, r"numbers for m1 in parameters"),
+        (START | {"parameters": {"m1": "a"}}, kn.SimulationError, r"a number as the value for m1, got 'a'"),
+        (START | {"parameters": {"m1": None}}, kn.SimulationError, r"a number as the value for m1, got None"),
         (
             START | {"design": {"m1": [1, np.nan, 3]}},
             kn.SimulationError,
