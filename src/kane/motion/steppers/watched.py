@@ -367,14 +367,20 @@ class Watched:
         """Whether an event ends the step."""
         return self.crossings.get("broken") <= 1.0
 
-    def note(self) -> None:
-        """The passages that were found are noted; those of switches at the end of the step turn there."""
+    def note(self, ended: tuple[Term, Term] | None = None) -> None:
+        """The passages that were found are noted; those of switches at the end of the step turn there.
+
+        Where the step has `ended` at a share of it, those there have its time: sums of products are not always rounded alike.
+        """
         w, o, c = self.writer, self.context, self.crossings
         with w.few(c.get("found")) as k:
             which = w.compute("int", c.met[k * 2 + 1])
             with w.when(which < self.own):
                 at = w.compute("int", o.get(Slot.LOGGED)) * 2
-                self.log[at] = self.begin.get() + c.met[k * 2] * self.length.get()
+                share, t = c.met[k * 2], self.begin.get() + c.met[k * 2] * self.length.get()
+                if ended is not None:
+                    t = w.select((share >= ended[0]) & (share <= ended[0]), ended[1], t)
+                self.log[at] = t
                 self.log[at + 1] = c.met[k * 2 + 1]
                 o.more(Slot.LOGGED, 1.0)
             if self.sided and o.turned is not None:
@@ -443,7 +449,7 @@ class Watched:
         with w.otherwise():
             o.sample(self.length.get(), lambda: None, sampled, t)
             self.jumps[row] = t
-            self.note()
+            self.note((share, t))
             self.jumps[row + 1] = o.get(Slot.LOGGED)
             o.more(Slot.JUMPS, 1.0)
             self.begin_anew(t, after)
