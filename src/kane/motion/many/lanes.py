@@ -128,8 +128,6 @@ def _want_others(stepper: Stepper, ends: Ends, known: set[Partition]) -> Mask:
     """The instances that came back for dependent speeds that were not `known` before, which they are from now on."""
     held, which = ends.told[:, Slot.HELD], ends.told[:, Slot.WORST]
     asks = (ends.back == ReturnCode.LOOK) & (held == POORER) & (which >= 0.0)
-    if not asks.any():
-        return np.asarray(asks)
     every = choices(stepper.eom)
     new = [k for k, choice in enumerate(every) if choice not in known and k in which[asks]]
     known.update(every[k] for k in new)

@@ -368,10 +368,7 @@ class Watched:
         return self.crossings.get("broken") <= 1.0
 
     def note(self, ended: tuple[Term, Term] | None = None) -> None:
-        """The passages that were found are noted; those of switches at the end of the step turn there.
-
-        Where the step has `ended` at a share of it, those there have its time: sums of products are not always rounded alike.
-        """
+        """The passages that were found are noted, where the step has `ended` at a share with its time t; switches at the end turn."""
         w, o, c = self.writer, self.context, self.crossings
         with w.few(c.get("found")) as k:
             which = w.compute("int", c.met[k * 2 + 1])
