@@ -129,7 +129,7 @@ def _want_others(stepper: Stepper, ends: Ends, known: set[Partition]) -> Mask:
     held, which = ends.told[:, Slot.HELD], ends.told[:, Slot.WORST]
     asks = (ends.back == ReturnCode.LOOK) & (held == POORER) & (which >= 0.0)
     every = choices(stepper.eom)
-    new = [k for k, choice in enumerate(every) if choice not in known and k in which[asks]]
+    new = [k for k in range(len(every)) if every[k] not in known and k in which[asks]]
     known.update(every[k] for k in new)
     stepper.numeric.value(wanted).update(known)
     return np.asarray(asks & np.isin(which, new))

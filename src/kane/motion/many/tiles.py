@@ -314,8 +314,7 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
 
 def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
     """What the first instance that can be assembled tells of the starts of all; None where none of a few can, or q or u is missing."""
-    at = family.instances.at(0)
-    known = at["q"] is not None and at["u"] is not None
+    known = all(family.instances.at(0)[kind] is not None for kind in ("q", "u"))
     for k in range(min(_TRIED, family.instances.count) if known else 0):
         with suppress(KaneError):
             return NearestStates(_poses(family, runner, range(k, k + 1)))
