@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.analysis.assembly import ClosureSearch, search
-from kane.analysis.many.assembled import closing, level_of, speeds_at, start_of
+from kane.analysis.many.assembled import closing, level_of, speeds_at, start_of, states_of
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import StateArrays, entries
 from kane.dynamics.constraints.manifold import LevelSet
@@ -192,9 +192,7 @@ def _values_at(eom: Equations, poses: Poses) -> Callable[[Array, Indices], tuple
     (t, p, r), routine = poses.numbers(), eom.numeric().routine(closing)
 
     def values(q: Array, rows: Indices) -> tuple[Array, Array]:
-        x = np.zeros((len(q), len(eom.state)))
-        x[:, : q.shape[1]] = q
-        now = routine(t[rows], x, p[rows], r[rows])
+        now = routine(t[rows], states_of(eom, q), p[rows], r[rows])
         return now.f, now.gradient
 
     return values

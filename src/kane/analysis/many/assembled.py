@@ -123,7 +123,7 @@ def _follow(
     chosen = tuple(sorted(rows.rows))
     routine = numeric.routine(square, chosen, tuple(free)).flat
     order = np.array([k for k in range(start, poses.count) if k not in causes])
-    states = _states(poses, q[order])
+    states = states_of(poses.eom, q[order])
     t, p, r = (x[order] for x in poses.numbers())
     usual = level.usual
     unknowns = Unknowns(free, usual.x, usual.f[list(chosen)], len(free))
@@ -145,7 +145,7 @@ def level_of(poses: Poses, k: int) -> LevelSet:
     count, routine = len(eom.derived.conditions.f) * (1 + len(eom.coordinates)), eom.numeric().routine(closing).flat
 
     def compiled(q: Array, _: Any) -> Array:
-        return routine(float(t), _states(poses, q), p, r)[:, :count]
+        return routine(float(t), states_of(poses.eom, q), p, r)[:, :count]
 
     return replace(eom.derived.conditions.at(values), compiled=compiled)
 
@@ -158,9 +158,9 @@ def _ended(eom: Equations, free: Sequence[int], last: int, end: BranchEnd) -> st
     )
 
 
-def _states(poses: Poses, q: Array) -> Array:
+def states_of(eom: Equations, q: Array) -> Array:
     """(q, 0, 0) (k × …) as routines take it."""
-    x = np.zeros((len(q), len(poses.eom.state)))
+    x = np.zeros((len(q), len(eom.state)))
     x[:, : q.shape[1]] = q
     return x
 
@@ -169,11 +169,11 @@ def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int],
     """One more of Newton's steps at all places, where it does not lead away: what is left of f then (k × m) is rounding's."""
     places, free, rows = where
     t, p, r = (x[places] for x in poses.numbers())
-    now = routine(t, _states(poses, q[places]), p, r)
+    now = routine(t, states_of(poses.eom, q[places]), p, r)
     g = now.gradient[:, rows][:, :, free]
     moved = q[places]
     moved[:, free] -= np.linalg.solve(g, now.f[:, rows, None])[:, :, 0]
-    then = routine(t, _states(poses, moved), p, r)
+    then = routine(t, states_of(poses.eom, moved), p, r)
     better = np.abs(then.f).max(axis=1, initial=0) <= np.abs(now.f).max(axis=1, initial=0)
     q[places[better]] = moved[better]
     return np.asarray(np.where(better[:, None], then.f, now.f))
@@ -214,7 +214,7 @@ def _move(
 def speeds_at(poses: Poses, q: Array, places: Indices) -> tuple[Array, Array, Mask, Array]:
     """u with A u + b = 0 at all places, what is left of that, where it is in doubt, and A."""
     eom, (t, p, r) = poses.eom, (x[places] for x in poses.numbers())
-    now = eom.numeric().routine(closing)(t, _states(poses, q[places]), p, r)
+    now = eom.numeric().routine(closing)(t, states_of(poses.eom, q[places]), p, r)
     x, free = _wanted(poses, places)
     if not now.b.shape[1] or not len(places):
         return x, np.zeros(len(places)), np.zeros(len(places), dtype=bool), now.a

@@ -191,14 +191,13 @@ def _one_by_one(
 def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
     """The nth motion of a batch, by itself."""
     runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
-    stepper = (
-        None if runner.holding is None else Stepper(family.eom, start.p, (*runner.drives.values(),), family.settings)
-    )
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
-        met = ran.met[n] if ran.met else None
-        changed = batch.changes(ran, n)
+        met, changed = ran.met[n] if ran.met else None, batch.changes(ran, n)
+        stepper = None
+        if runner.holding is not None:
+            stepper = Stepper(family.eom, start.p, (*runner.drives.values(),), family.settings)
         motion = runner.ended(family.eom, phase, stepper, ran.states[n], ran.told[n], met, changed)
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
@@ -255,10 +254,10 @@ def _begun(
 
     Starts without constraints differ by columns of finite numbers alone: the first one stands for all.
     """
-    eom, many = family.eom, family.instances
-    first = decided(_unchecked, family, tile[0])
     if runner.holding is not None:
         return _held(family, runner, tile, nearest)
+    eom, many = family.eom, family.instances
+    first = decided(_unchecked, family, tile[0])
     if first.found is None:
         return _one_after_another({k: decided(_projected_start, family, runner, k) for k in tile})
     x, p = np.tile(first.found.x, (len(tile), 1)), np.tile(first.found.p, (len(tile), 1))

@@ -97,6 +97,10 @@ class ConstraintSolver:
         """The jth dependent speed of the choice at hand."""
         return self.index(self.dependent, self.offset.get() + j)
 
+    def entry(self, i: Term, j: Term) -> Term:
+        """An entry of B."""
+        return self.room[self.rows + i * self.s + self.dependent_at(j)]
+
     def present(self) -> None:
         """The choice of dependent speeds that is stepped is at hand."""
         self.offset.put(self.writer.compute("int", self.context.get(Slot.CHOICE)) * self.d)
@@ -223,16 +227,13 @@ class ConstraintSolver:
         """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it. Of two rows, which most loops have, ‖B⁻¹‖ = ‖B‖/|det B|."""
         w, room, d = self.writer, self.room, self.d
 
-        def entry(i: Term, j: Term) -> Term:
-            return room[self.rows + i * self.s + self.dependent_at(j)]
-
         def squares(count: Term, of: Callable[[Term], Term]) -> Term:
             return w.compute("sqrt", total(w, count, lambda k: of(k) * of(k)))
 
         with w.when((d < 2) | (d > 2)):
             with w.few(d) as i, w.few(d) as j:
                 at = self.block + i * d * 2 + j
-                room[at] = entry(i, j)
+                room[at] = self.entry(i, j)
                 room[at + d] = unit(i, j)
             invert(room, self.block, d)
             with w.few(d) as i:
@@ -240,7 +241,7 @@ class ConstraintSolver:
             self.inverse.put(squares(d, lambda k: room[self.x + k]))
         with w.otherwise():
             zero, one = w.integer(0), w.integer(1)
-            a, b, c, e = entry(zero, zero), entry(zero, one), entry(one, zero), entry(one, one)
+            a, b, c, e = self.entry(zero, zero), self.entry(zero, one), self.entry(one, zero), self.entry(one, one)
             self.inverse.put(w.compute("sqrt", a * a + b * b + c * c + e * e) / w.compute("abs", a * e - b * c))
         self.least.put(1.0 / self.inverse.get())
         self.share.put(squares(d * self.s, lambda k: room[self.rows + k]) * self.inverse.get())
@@ -389,9 +390,6 @@ class ConstraintSolver:
         w, room = self.writer, self.room
         done, ahead, before = (w.variable(name) for name in ("done", "ahead", "least_before"))
 
-        def entry(i: Term, j: Term) -> Term:
-            return room[self.rows + i * self.s + self.dependent_at(j)]
-
         def last(i: Term, j: Term) -> Term:
             return room[self.last + i * self.d + j]
 
@@ -400,7 +398,7 @@ class ConstraintSolver:
 
         def keep() -> None:
             with w.few(self.d) as i, w.few(self.d) as j:
-                room[self.last + i * self.d + j] = entry(i, j)
+                room[self.last + i * self.d + j] = self.entry(i, j)
             before.put(self.least.get())
 
         def look(share: Term) -> None:
@@ -414,7 +412,7 @@ class ConstraintSolver:
         with w.repeat(lambda: (done.get() < 1.0) & (self.doubt.get() < 1)):
             share = w.compute("min", done.get() + w.compute("max", ahead.get(), 0.0), 1.0)
             look(share)
-            moved = total(w, self.d, lambda i: total(w, self.d, lambda j: square(entry(i, j) - last(i, j))))
+            moved = total(w, self.d, lambda i: total(w, self.d, lambda j: square(self.entry(i, j) - last(i, j))))
             moved = w.compute("sqrt", moved)
             near = (before.get() + self.least.get() > _CURVED * moved) & (moved <= _FAR)
             with w.when((ahead.get() < 0.0) | near):
