@@ -33,10 +33,27 @@ def test_two_passages_close_together(width, middle):
         assert x * y <= 0
 
 
+@pytest.mark.parametrize("bent", [0.0, 0.3, 2.0, -0.8])
+def test_a_corner_that_dips_anywhere(bent):
+    """A distance that is nearly nothing for a moment, straight beside it or not, at each of 400 places."""
+    width = 1e-7
+    for t_0 in map(float, np.linspace(0.001, 0.999, 400)):
+
+        def distance(t, t_0=t_0):
+            return np.abs((t - t_0) * (1 + bent * (t - t_0))) - width
+
+        inside = [root for root in (t_0 - width, t_0 + width) if 0 < root < 1]
+        met = [bracket for bracket in found(distance) if abs(bracket[0] - t_0) < 0.2 and abs(bracket[1] - t_0) < 0.2]
+        assert len(met) == len(inside), t_0
+        for (a, b, _, _), root in zip(met, inside, strict=True):
+            assert a - 1e-12 <= root <= b + 1e-12
+
+
 def test_what_does_not_pass_is_not_met():
     assert found(lambda t: (t - 0.4) ** 2 + 1e-9) == []
     assert found(lambda t: 1 + 0 * t) == []
     assert found(lambda t: t) == []
+    assert found(lambda t: np.abs(t - 0.99) + 1e-6) == []
     assert found(lambda t: np.where(t > 0.5, np.nan, 1.0)) == []
 
 

@@ -36,6 +36,19 @@ class TestWithinAStep:
         assert [t for _, t in sol.events] == pytest.approx([1 - np.sqrt(0.1), 1 + np.sqrt(0.1)], abs=1e-6)
         assert sol.steps < 10
 
+    @pytest.mark.parametrize("method", ["dop853", "vern9", "tsit5", "gauss16", "radau9", "RK45"])
+    def test_every_close_passage_is_met(self, method):
+        """|x| and √(x² + …) have a corner where x = 0: below 1e-7 they are for a moment, anywhere in a step."""
+        distance, radius = kn.sqrt(x**2 + 1e-30), 1e-7
+        near = [kn.Event("near", abs(x) - radius, direction=-1, terminal=False)]
+        near += [kn.Event("close", distance - radius, direction=-1, terminal=False)]
+        eom = line(-9 * x, [*near, kn.Event("zero", x, terminal=False)])
+        for k in range(10 if method == "RK45" else 40):
+            sol = kn.simulate(eom, (0, 3), q=[0.3 + 0.03 * k], u=[0], rtol=1e-6, atol=1e-8, method=method, samples=2)
+            assert sorted(e.name for e, _ in sol.events) == ["close"] * 3 + ["near"] * 3 + ["zero"] * 3
+            at = [t for e, t in sol.events if e.name == "near"]
+            np.testing.assert_allclose(at, (np.arange(3) + 0.5) * np.pi / 3, rtol=0, atol=1e-4)
+
     @pytest.mark.slow
     @pytest.mark.parametrize("seed", range(4))
     def test_random_levels_of_a_swing_are_met_as_often_as_they_are(self, seed):

@@ -33,7 +33,7 @@ from kane.expr.regular import Sizes, size
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_SUM
+from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS
 from kane.program.from_expressions import Bundle
 
 _ROUNDS = 100
@@ -292,6 +292,12 @@ class ContactsAtState:
     def change(self, rows: Sequence[int], impulses: Array) -> Array:
         """Δu by impulses of these rows."""
         return np.asarray(self.spread[: self.width, rows] @ impulses)
+
+    def after(self, u: Array, rows: Sequence[int], impulses: Array) -> Array:
+        """The speeds u after impulses of these rows; those that they stop but for rounding are zero."""
+        after = u + self.change(rows, impulses)
+        terms = np.abs(u) + np.abs(self.spread[: self.width, rows]) @ np.abs(impulses)
+        return np.where(np.abs(after) > ROUNDED_TERMS * terms, after, 0.0)
 
     def places(self, closed: Sequence[int]) -> list[int]:
         """The rows of these contacts."""

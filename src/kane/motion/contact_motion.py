@@ -165,7 +165,8 @@ class ContactMotion:
             **_LAWS[law_of(self.contacts)],
         )
         after = x.copy()
-        after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
+        speeds = slice(self.q, self.q + touch.width)
+        after[speeds] = touch.after(x[speeds], touch.places(order), done.impulse)
         scale = np.sqrt(np.diag(problem.mobility))
         size = problem.terms + scale * (scale @ np.abs(done.impulse))  # what rounding of W leaves is beside this
         self.fastest[order] = np.maximum(self.fastest[order], problem.tangents(size).max(axis=1))
@@ -552,8 +553,10 @@ class ContactMotion:
         if not begun or stands(self.contacts, decided.modes):
             return None
         slips, modes = self.none.copy(), list(decided.modes)
+        # what accelerations are sums of: they are nothing but rounding
+        pushed = touch.accelerations(decided.closed, decided.forces)[1].reshape(-1, self.layout.d)[:, 1:]
         for n in begun:
-            gained = STARTS * (self.span[1] - self.span[0]) * self._gains(decided, n)
+            gained = STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(pushed[n]))
             slips[n] = 2 * self.slow * max(self.fastest[n], touch.slip_terms[n].max(), gained) * decided.directions[n]
             modes[n] = modes[n].slipping(straight=False)
         closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]

@@ -5,7 +5,9 @@ Where a quantity may pass zero within a step is told by bounds: passages between
 Through its values at nine places of an interval, close together towards its ends, goes a polynomial of degree 8. Its Bernstein
 coefficients bound it: where all have one sign it has no zero, and it has no more zeros than they change sign. What the polynomial
 leaves of the quantity is estimated by its last two Chebyshev coefficients, which of many periods may be small by chance: three
-more places must agree with it. Where that leaves a doubt the interval is halved. Sources: Farouki, *The Bernstein polynomial
+more places must agree with it. A quantity with a corner, as a distance has where it is nearly nothing, may dip between two places of
+which the polynomial tells nothing: parabolas through the places beside tell where it would pass. Where that leaves a doubt the
+interval is halved. Sources: Farouki, *The Bernstein polynomial
 basis: a centennial retrospective*, Computer Aided Geometric Design 29 (2012), sec. 5; Trefethen, *Approximation Theory and
 Approximation Practice*, 2013, ch. 8.
 
@@ -49,6 +51,17 @@ _bernstein = np.array(
 TO_BERNSTEIN: Array = np.linalg.inv(_bernstein)
 TO_LAST: Array = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _at - 1, DEGREE))[-2:]
 """From values at the places to the Bernstein coefficients, and to the last two Chebyshev coefficients."""
+
+
+def _onward(gap: int) -> list[float]:
+    """Weights of the value at the beginning of a gap, and of the two before, in what a parabola through them is at its end."""
+    before = [k for k in (gap, gap - 1, gap - 2) if k >= 0]
+    weights = [math.prod((_at[gap + 1] - _at[j]) / (_at[k] - _at[j]) for j in before if j != k) for k in before]
+    return [float(w) for w in weights] + [0.0] * (3 - len(before))
+
+
+TO_NEXT: Array = np.array([_onward(gap) for gap in range(DEGREE)]).T
+"""3 × 8: of the value at the beginning of each gap, and of the two before, the weights in where they lead to at its end."""
 BETWEEN = np.array([0.113, 0.427, 0.731])
 _to_between = np.array(
     [[math.comb(DEGREE, j) * x**j * (1 - x) ** (DEGREE - j) for j in range(DEGREE + 1)] for x in BETWEEN]
@@ -99,9 +112,21 @@ def _resolved(values: Array, passages: int) -> bool:
     if not np.isfinite(values).all():
         return True
     coefficients, slack = TO_BERNSTEIN @ values, left(values)
-    if slack > CLOSE * np.abs(values).max():
+    if slack > CLOSE * np.abs(values).max() or _dips(values):
         return False
     return _changes(coefficients + slack) == _changes(coefficients - slack) == passages
+
+
+def _dips(values: Array) -> bool:
+    """Whether between two places of one sign a corner may pass zero."""
+    return _leads_beyond(values) or _leads_beyond(values[::-1])
+
+
+def _leads_beyond(values: Array) -> bool:
+    """Whether from the places before a gap, whose ends have one sign, a parabola leads across zero within it."""
+    padded = np.concatenate([values[:1], values[:1], values[:-1]])
+    led = sum(weight * padded[2 - k : 2 - k + DEGREE] for k, weight in enumerate(TO_NEXT))
+    return bool(((values[:-1] * values[1:] > 0) & (led * values[1:] < 0)).any())
 
 
 def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:

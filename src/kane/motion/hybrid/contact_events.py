@@ -428,14 +428,20 @@ class After:
         self.together()
 
     def change(self, count: Term, row: Which, impulse: Which) -> None:
-        """The speeds after so many impulses of rows of all contacts."""
+        """The speeds after so many impulses of rows of all contacts; those that they stop but for rounding are zero."""
         w, of = self.w, self.of
         with w.few(of.nu) as j:
 
             def moved(c: Term, j: Term = j) -> Term:
                 return of.room[of.spread + row(c) * of.width + j] * impulse(c)
 
-            self.y[of.nq + j] = self.y[of.nq + j] + of.sum(count, moved)
+            def size(c: Term, moved: Which = moved) -> Term:
+                return of.absolute(moved(c))
+
+            before = self.y[of.nq + j]
+            after = before + of.sum(count, moved)
+            terms = of.absolute(before) + of.sum(count, size)
+            self.y[of.nq + j] = w.select(of.absolute(after) > terms * ROUNDED_TERMS, after, 0.0)
 
     def flat(self) -> None:
         """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""

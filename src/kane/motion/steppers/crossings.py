@@ -12,7 +12,18 @@ from collections.abc import Callable
 from enum import IntEnum
 
 from kane.motion.steppers.context import RATE
-from kane.numeric.polynomials import AGREEING, BETWEEN, CLOSE, LEFT, MOST, SHARES, TO_BERNSTEIN, TO_BETWEEN, TO_LAST
+from kane.numeric.polynomials import (
+    AGREEING,
+    BETWEEN,
+    CLOSE,
+    LEFT,
+    MOST,
+    SHARES,
+    TO_BERNSTEIN,
+    TO_BETWEEN,
+    TO_LAST,
+    TO_NEXT,
+)
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, ROUNDED_TERMS, SAME_TIME
 from kane.program.kernel.language import INT, Kernel
@@ -37,7 +48,7 @@ order, within which band rounding may give it any sign, and the share of the ste
 MET = 512
 """So many passages are told of a step, and of a quantity, at most."""
 _PLACES = (*SHARES, *map(float, BETWEEN))
-_AT, _COEFFICIENTS, _BRACKETS = (len(_PLACES) * k + 4 * k for k in (1, 2, 3))
+_AT, _COEFFICIENTS, _PADDED, _BRACKETS = (len(_PLACES) * k + 4 * k for k in (1, 2, 3, 4))
 _BEYOND = _BRACKETS + 4 * MET
 _ROUNDS, _BESIDE, _GROWN = 120, (8 * SAME_TIME, 1e-5), 10.0
 _TINY, _HUGE = 2.0**-1022, 1e300
@@ -60,7 +71,7 @@ class Crossings:
         self.writer, self.count, self.ask = w, *_ = writer, count, ask
         self.kinds, self.leaves, self.met, self.zoom = map(w.array, ("kinds", "leaves", "met", "zoom"))
         self.answer = w.integer(_BEYOND)
-        integers = "found asked full over brackets early again level open halvings rounds last_of"
+        integers = "found asked full firm over brackets early again level open halvings rounds last_of"
         doubles = "threshold begin end first_value last_value low width index sizes root usual broken"
         self.cells: dict[str, Variable] = {name: w.variable(f"at_{name}", INT) for name in integers.split()}
         self.cells |= {name: w.variable(f"at_{name}") for name in doubles.split()}
@@ -115,6 +126,11 @@ class Crossings:
         self.put("end", 1.0)
         self.put("first_value", first - threshold)
         self.put("last_value", self.beyond(e, w.compute("lane", others, lane=PARTS - 1) - threshold))
+        # what projection has moved across the threshold at an end has no corner there
+        self.put("firm", 1)
+        for share, kept in ((0.0, "first_value"), (1.0, "last_value")):
+            with w.when(self.gap(e, w.constant(share)) * self.get(kept) < 0.0):
+                self.put("firm", 0)
         self.put("again", 1)
         with w.repeat(lambda: self.get("again") > 0):
             self.put("again", 0)
@@ -189,7 +205,10 @@ class Crossings:
         seen = self.changes(lambda j: zoom[j], zero_is_beyond=True)
         more = self.changes(lambda j: zoom[j + _COEFFICIENTS] + slack)
         less = self.changes(lambda j: zoom[j + _COEFFICIENTS] - slack)
-        clear = (slack <= CLOSE * size) & (more <= seen) & (seen <= more) & (less <= seen) & (seen <= less)
+        zoom[_PADDED] = first
+        zoom.store(_PADDED + 1, others)
+        clear = (slack <= CLOSE * size) & ~(dips(w, zoom, _PADDED, w.constant(0.0)) & (self.get("firm") > 0))
+        clear = clear & (more <= seen) & (seen <= more) & (less <= seen) & (seen <= less)
         off = w.compute("max", slack * AGREEING, size * EQUAL)
         for k, row in enumerate(TO_BETWEEN):
             polynomial = first * float(row[0]) + w.compute("sum", others * tuple(map(float, row[1:])))
@@ -480,3 +499,22 @@ def bounds(w: Writer, first: Term, others: Term) -> tuple[Term, Term, Term]:
     ]
     size = w.compute("max", w.compute("abs", first), w.compute("largest", w.compute("abs", others)))
     return coefficients, LEFT * w.compute("max", *last), size
+
+
+def dips(w: Writer, array: Array, at: int, threshold: Term) -> Term:
+    """Whether between two of nine places of one sign, whose values stand in an array from `at` on, a corner may pass the threshold.
+
+    Values beside these are written over.
+    """
+    end, level = at + PARTS, w.compute("splat8", threshold)
+    for k in (1, 2):
+        array[at - k] = array[at]
+        array[end + k] = array[end]
+    places = [array.lanes(k, PARTS) - level for k in range(at - 2, at + 4)]
+    first, last = places[2:4]
+    onward, backward = (
+        w.sum([x * tuple(map(float, weights)) for x, weights in zip(side, table, strict=True)])
+        for side, table in ((places[2::-1], TO_NEXT), (places[3:], TO_NEXT[:, ::-1]))
+    )
+    led = w.compute("min", onward * first, backward * last)
+    return w.compute("largest", w.compute("min", first * last, -led)) > 0.0

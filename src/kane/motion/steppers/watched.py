@@ -14,7 +14,7 @@ there is no side that does.
 from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
-from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, EventKind, bounds
+from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, EventKind, bounds, dips
 from kane.motion.steppers.held import ConstraintSolver
 from kane.numeric.polynomials import CLOSE, SHARES, SMALL
 from kane.numeric.polynomials import DEGREE as PARTS
@@ -24,7 +24,7 @@ from kane.program.kernel.writer import Array, Term
 
 PLACES = SHARES[1:]
 """Shares of a step at which events are looked at, but for its beginning."""
-ROOM = 2 * PARTS
+ROOM = 3 * PARTS
 """Where the quantities begin in `values`."""
 LOOSE = 1e-2
 """How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
@@ -40,7 +40,7 @@ class Watched:
     """The arguments that tell of events, and the look at a step.
 
     `seen` holds the events' quantities at the beginning of the step, `largest` the sizes that they have had; `least` and `shares` of
-    that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
+    that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 32 more.
     Where it is `wide`, their routine takes the eight places at once, else one state; `glance` takes one state and gives the quantities
     and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
     of each, `actions` says by which event, and at which place: of the state, or behind its components of the parameters; at −1 a
@@ -100,7 +100,7 @@ class Watched:
     def look_along(self, t: Term, h: Term, place: Term, end: Term) -> None:
         """The same where one state is looked at at a time, written into `work` at a place; the last, at `end`, is gone on from."""
         w, o = self.writer, self.context
-        one = (self.count + 2) * PARTS
+        one = (self.count + 3) * PARTS
         shares = one + self.count
         self.values.store(shares, w.lanes(*PLACES))
         with w.few(PARTS) as k:
@@ -128,7 +128,8 @@ class Watched:
             coefficients, slack, size = bounds(w, self.seen[e] - least, new - w.compute("splat8", least))
             lowest = w.compute("min", self.seen[e] - least, -w.compute("largest", -coefficients))
             highest = w.compute("max", self.seen[e] - least, w.compute("largest", coefficients))
-            sure = (slack <= CLOSE * size) & ((lowest > slack) | (highest < -slack))
+            corner = dips(w, self.values, PARTS - 1, least)
+            sure = (slack <= CLOSE * size) & ~corner & ((lowest > slack) | (highest < -slack))
             closest = -w.compute("largest", -w.compute("min", w.compute("abs", old), w.compute("abs", new)))
             gone = w.compute("max", self.context.get(Slot.RTOL) * LOOSE, UNRELATED) * self.size(e)
             away = sure & (w.compute("max", lowest, -highest) - slack > gone)
@@ -655,7 +656,7 @@ class Watched:
 def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
     """How many doubles the arrays of `Watched` have for so many quantities, events, values that are set, and components."""
     return {
-        "values": count * (PARTS + 1) + 3 * PARTS,
+        "values": count * (PARTS + 1) + 4 * PARTS,
         "doubts": count + 1,
         "probe": n,
         "met": 2 * (MET + own),
