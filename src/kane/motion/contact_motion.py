@@ -701,9 +701,9 @@ class _ContactCourse:
             self.before = self.now.modes
 
     def _runner(self) -> ContactRunner | None:
-        """None where Python leads the whole motion: see `_refused`."""
+        """None where Python leads the whole motion: see `left_to_python`."""
         at = self.at
-        if any(_refused(at, self.method, self.span).values()):
+        if any(left_to_python(at.inputs, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
         result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
@@ -800,15 +800,15 @@ class _ContactCourse:
         self.by = (event,)
 
 
-def _refused(at: ContactMotion, method: Method, span: tuple[float, float]) -> dict[str, bool]:
+def left_to_python(inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> dict[str, bool]:
     """What the kernel that leads from mode to mode has no part in, and whether a motion has it.
 
     Single modes are left to Python by `ContactRunner.place`, single decisions by `unsure` of `kane.motion.hybrid.contact_decisions`.
     """
-    inputs = [f for f in at.inputs.values() if constant(f) is None]
+    laws = [f for f in inputs.values() if constant(f) is None]
     return {
-        "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in inputs),
-        "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in inputs),
+        "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in laws),
+        "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in laws),
         "breakpoints": bool(method.breakpoints),
         "a first step that is given": method.first is not None,
         "a limit of its time by the clock": method.max_seconds < np.inf,

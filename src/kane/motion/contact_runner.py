@@ -28,6 +28,7 @@ from kane.motion.hybrid.contact_tables import (
     LIMIT,
     MODES,
     code_of,
+    numbers_of,
     of_modes,
     put_mode,
     reach_of,
@@ -41,7 +42,7 @@ from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, timed
-from kane.motion.solution.phases import Phase
+from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, POORER
@@ -49,7 +50,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
-from kane.program.native.entry import RESULT, CompiledKernel, KeptCalls, entry, hoisted
+from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, KeptCalls, entry
 from kane.program.native.machine import Settings
 from kane.progress import far, is_noted
 
@@ -75,13 +76,25 @@ class Went:
 
 
 class ModeKernel(NamedTuple):
-    """A mode, its equations, the method that steps it, what its kernel is given, and who has the arrays to which that points."""
+    """A mode, its equations, the method that steps it, what its kernel is given, and who has the arrays to which that points.
+
+    `places` (of each of its parameters) say where among those of the motion it stands, or the number behind them where it does not.
+    """
 
     modes: Modes
     equations: Equations
     method: str
     given: Given
     owners: tuple[Arguments, KernelConstraints | None]
+    places: Indices
+
+
+class ModeRows(NamedTuple):
+    """Motions that went from mode to mode: rows of `records`, of which motion each is (`owner`), and samples (motions × times × y)."""
+
+    records: Array
+    owner: Indices
+    samples: Array
 
 
 @cache
@@ -108,6 +121,7 @@ class ContactRunner:
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.made: list[ModeKernel] = []
+        self.named = dict[str, Method]()
         self.left: set[Modes] = set()
         self.poor = -1, 0.0
         told = structure(eom)
@@ -133,25 +147,34 @@ class ContactRunner:
     def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
         """The next motion has these parameters, and inputs with the same values."""
         self.parameters, self.inputs = given
+        self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
+        for m in range(len(self.made)):
+            self._admit(m)
+
+    def renew(self, p: Array) -> None:
+        """Nothing is known of contacts, and the parameters of the motion are p; no motion follows from those before it."""
         for name in KNOWN:
             self.arrays[name][:] = 0.0
-        self.given["p"][:-1] = [self.parameters[s] for s in self.own_p]
-        at = self.span[0], np.zeros(len(self.eom.state)), self.given["p"][:-1], self.given["r"][:-1]
-        self.given["h"][:] = hoisted(self.routine, *at)
+        own = p[self.own_places]
+        if (own != self.given["p"][:-1]).any():
+            self.given["p"][:-1] = own
+            at = self.span[0], np.zeros(len(self.eom.state)), own, self.given["r"][:-1]
+            self.given["h"][:] = self.hoists(*at)
+        padded = np.append(p, 0.0)
         for m, one in enumerate(self.made):
-            own = one.equations.parameters
-            self.arrays["ps"][m, : len(own)] = [self.parameters.get(s, 0.0) for s in own]
+            self.arrays["ps"][m, : len(one.places)] = padded[one.places]
             holding = one.owners[1]
-            if holding is not None:  # no motion follows from those before it
+            if holding is not None:
                 holding.begin(self.s)
-            self._admit(m)
 
     def _bound(self, told: Given) -> Given:
         """What the automaton is given."""
         eom = self.eom
         routine = self.routine = eom.numeric(self.settings).routine(contact_numbers).flat
-        ports = routine.program.ports
-        self.own_p, p = ports[2].symbols, np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
+        self.hoists, ports = Hoisting(routine), routine.program.ports
+        at: dict[Expr, int] = {s: k for k, s in enumerate(eom.parameters)}
+        self.own_places = np.array([at[s] for s in ports[2].symbols], dtype=np.int64)
+        p = np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
         r = np.array([constant(self.inputs[s]) or 0.0 for s in ports[3].symbols] + [0.0], dtype=float)
         return {
             **told,
@@ -162,7 +185,7 @@ class ContactRunner:
             "at_once": told["room_for"],
             **{name: array.reshape(-1) for name, array in self.arrays.items()},
             "touch": entry(routine),
-            "h": hoisted(routine, self.span[0], np.zeros(len(eom.state)), p[:-1], r[:-1]),
+            "h": self.hoists(self.span[0], np.zeros(len(eom.state)), p[:-1], r[:-1]),
             "p": p,
             "r": r,
             "numbers": np.zeros(len(routine.routine.results) + 1),
@@ -227,7 +250,10 @@ class ContactRunner:
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
-        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding)))
+        at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
+        places = np.array([at.get(s, len(at)) for s in mode.parameters], dtype=np.int64)
+        self.named[name] = replace(self.method, name=name, first=None)
+        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), places))
         self._admit(m)
         return True
 
@@ -269,10 +295,17 @@ class ContactRunner:
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
+    def leads(self, x: Array) -> bool:
+        """Whether the kernel alone leads from the start x to the end of the span: `records` and `rows` tell of the motion."""
+        if not self.made:
+            return False
+        self._sets_out((self.span[0], x, 0.0), self.made[0].method)
+        return Back(self.kernel(known=len(self.made), enter=2, most=self.method.max_steps)) is Back.END
+
     def _sets_out(self, at: tuple[float, Array, float], name: str) -> None:
         """The kernel is to set out from t, x and the work done, by a method."""
         t, x, work = at
-        method, s = replace(self.method, name=name, first=None), self.s
+        method, s = self.named[name], self.s
         s[: int(Slot.FRESH) + 1] = first_slots(method, self.span, t, self.span[1])
         s[Slot.SPAN], s[Slot.TIME] = self.span[1] - self.span[0], t
         s[Slot.SAMPLE] = np.searchsorted(self.times[:-1], t, side="right")
@@ -306,18 +339,16 @@ class ContactRunner:
         """The records."""
         return self.arrays["records"][2:].reshape(-1, self.width)
 
-    def _numbers(self, rows: Array) -> list[dict[Expr, float]]:
-        """The numbers of contacts in p that modes had, a row each."""
-        named = [(int(Record.MORE) + k, s) for k, s in enumerate(self.flat) if s is not None]
-        symbols, table = [s for _, s in named], rows[:, [k for k, _ in named]].tolist()
-        return [dict(zip(symbols, values, strict=True)) for values in table]
+    def completed(self) -> Array:
+        """The rows of the completed modes."""
+        return self._rows()[: int(self.arrays["records"][0])]
 
     def _went(self, back: Back, motion: Solution | None, by: tuple[Event, ...]) -> Went:
         count, n = int(self.arrays["records"][0]), len(self.y)
         taken = back is Back.TAKE
         row = self._rows()[count if taken else count - 1]
         modes, mode, *_ = self.made[int(row[Record.MODE])]
-        (numbers,) = self._numbers(row[None])
+        (numbers,) = numbers_of(self.eom, row[None])
         more = int(Record.MORE) + self.k * (self.d + 1)
         states = row[more : more + 2 * n].reshape(2, n)
         y = states[0 if taken else 1]
@@ -330,22 +361,11 @@ class ContactRunner:
 
     def _collect(self, by: tuple[Event, ...]) -> tuple[list[Solution], tuple[Event, ...]]:
         """The modes that are completed, as one motion, and what began the next one."""
-        count, n = int(self.arrays["records"][0]), len(self.y)
-        if not count:
+        rows = self.completed()
+        if not len(rows):
             return [], by
-        rows, more = self._rows()[:count], int(Record.MORE) + self.k * (self.d + 1)
-        begins, ends = rows[:, Record.BEGIN], rows[:, Record.END]
-        first, last = (rows[:, at].astype(int) for at in (Record.FIRST_SAMPLE, Record.SAMPLE))
-        whose = np.repeat(np.arange(count), last - first)
-        which = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]) if len(whose) else whose
-        inside = (self.times[which] > begins[whose]) & (self.times[which] < ends[whose])
-        whose, which = whose[inside], which[inside]
-        order = np.argsort(
-            np.concatenate([3 * np.arange(count), 3 * whose + 1, 3 * np.arange(count) + 2]), kind="stable"
-        )
-        t = np.concatenate([begins, self.times[which], ends])[order]
-        states = np.concatenate([rows[:, more : more + n], self.rows[which], rows[:, more + n : more + 2 * n]])[order]
-        piece = np.concatenate([np.arange(count), whose, np.arange(count)])[order]
+        one = ModeRows(rows, np.zeros(len(rows), dtype=np.int64), self.rows[None])
+        t, states, piece = self.laid_out(one)
         modes = [self.made[int(m)] for m in rows[:, Record.MODE]]
         phases, segments, events, by = self._parts(rows, modes, by)
         names = dict.fromkeys(one.method for one in modes)
@@ -374,13 +394,31 @@ class ContactRunner:
         )
         return [made], by
 
+    def laid_out(self, motions: ModeRows) -> tuple[Array, Array, Indices]:
+        """Times and y of the completed modes, at the beginning, the samples within and the end of each, and which mode each is of."""
+        rows, owner, samples = motions
+        n, more = len(self.y), int(Record.MORE) + self.k * (self.d + 1)
+        begins, ends, mode = rows[:, Record.BEGIN], rows[:, Record.END], np.arange(len(rows))
+        first, last = (rows[:, at].astype(int) for at in (Record.FIRST_SAMPLE, Record.SAMPLE))
+        whose = np.repeat(mode, last - first)
+        which = np.arange(len(whose)) - np.repeat(np.cumsum(last - first) - last, last - first)
+        inside = (self.times[which] > begins[whose]) & (self.times[which] < ends[whose])
+        whose, which = whose[inside], which[inside]
+        order = np.argsort(np.concatenate([3 * mode, 3 * whose + 1, 3 * mode + 2]), kind="stable")
+        t = np.concatenate([begins, self.times[which], ends])[order]
+        inner = samples[owner[whose], which]
+        states = np.concatenate([rows[:, more : more + n], inner, rows[:, more + n : more + 2 * n]])[order]
+        return t, states, np.concatenate([mode, whose, mode])[order]
+
     def _parts(
         self, rows: Array, modes: Sequence[ModeKernel], by: tuple[Event, ...]
     ) -> tuple[list[Phase], list[SolutionSegment], list[tuple[Event, float]], tuple[Event, ...]]:
         """The phases, segments and events of completed modes, and what ended the last one."""
         phases, segments, events, done = list[Phase](), list[SolutionSegment](), list[tuple[Event, float]](), 0
         met = self.arrays["noted"][: 2 * int(rows[-1, Record.NOTED])].reshape(-1, 2).tolist()
-        for row, numbers, one in zip(rows[:, : int(Record.MORE)].tolist(), self._numbers(rows), modes, strict=True):
+        for row, numbers, one in zip(
+            rows[:, : int(Record.MORE)].tolist(), numbers_of(self.eom, rows), modes, strict=True
+        ):
             mode = one.equations
             phases.append(Phase({**self.parameters, **numbers}, self.inputs, by))
             segments.append(SolutionSegment(row[Record.BEGIN], mode))

@@ -19,6 +19,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam, doubts
+from kane.motion.course import Method
 from kane.motion.inputs.expressions import Formula, given_parameters
 from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
@@ -245,12 +246,8 @@ def runner_of(
 
     Inputs that hold parameters take these `parameters`, and the runner is for motions with them alone.
     """
-    span = check_span(plan.span)
-    options, bounds = _options(plan, settings, None)
-    method = solver(options, bounds)
-    constants = None if parameters is None else parameter_values(eom.system, parameters)
-    known = None if constants is None else given_parameters(parameters) | constants
-    drives = input_functions(eom, inputs, span, known)
+    span, constants = check_span(plan.span), None if parameters is None else parameter_values(eom.system, parameters)
+    method, drives, options = method_and_inputs(eom, plan, inputs, settings, parameters)
     p = np.array(
         [(1.0 if s.default is None else s.default) if constants is None else constants[s] for s in eom.parameters]
     )
@@ -263,6 +260,15 @@ def runner_of(
     if not is_plain(stepper, method):
         return None
     return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)
+
+
+def method_and_inputs(
+    eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None
+) -> tuple[Method, Mapping[Expr, Any], dict[str, Any]]:
+    """The method and the inputs of the motions of a plan, which may hold `parameters` where these are given, and the options."""
+    options, bounds = _options(plan, settings, None)
+    known = None if parameters is None else given_parameters(parameters) | parameter_values(eom.system, parameters)
+    return solver(options, bounds), input_functions(eom, inputs, check_span(plan.span), known), options
 
 
 def _check_time(t: float | None, t0: float, t1: float) -> None:

@@ -69,6 +69,14 @@ def symbols(eom: Equations) -> list[list[Symbol | None]]:
     return [[*c.direction, *[None] * (d - 1 - len(c.direction)), c.slowest, c.slack] for c in eom.system.contacts]
 
 
+def numbers_of(eom: Equations, rows: Array) -> list[dict[Expr, float]]:
+    """The numbers of contacts in p that modes had, of each row of `records`."""
+    flat = [s for own in symbols(eom) for s in own]
+    named = [(int(Record.MORE) + k, s) for k, s in enumerate(flat) if s is not None]
+    own, table = [s for _, s in named], rows[:, [k for k, _ in named]].tolist()
+    return [dict(zip(own, values, strict=True)) for values in table]
+
+
 def structure(eom: Equations, most: int = ROWS) -> Given:
     """Counts, where rows of contacts stand, what their laws are, and room, for `most` modes at once."""
     where, contacts = eom.numeric().value(layout), eom.system.contacts

@@ -12,7 +12,7 @@ from typing import Any
 
 from kane.errors import SimulationError
 from kane.motion.many.results import RecordedQuantity, Results
-from kane.motion.many.tiles import MOST, Ensemble, Pool, cut_into, outcomes, prepared
+from kane.motion.many.tiles import MOST, ContactPool, Ensemble, Pool, cut_into, outcomes, prepared
 from kane.numeric.arrays import Array
 
 LARGEST = 2**31
@@ -43,7 +43,7 @@ class Job:
         return self.family.instances.count
 
     @cached_property
-    def pool(self) -> Pool | None:
+    def pool(self) -> Pool | ContactPool | None:
         """Kernels, made once; another process makes its own."""
         return prepared(self.family)
 

@@ -149,7 +149,8 @@ def simulate_many(
     _warn_of_python(many)
     times = sample_times(plan.samples, whole_span)
     t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
-    job = Job(Ensemble(own.eom, plan, settings, check, own.many, lanes), own.kept, t, _facts(plan, many))
+    alone = all(any(one.what is s for s in own.eom.state) for one in own.kept)
+    job = Job(Ensemble(own.eom, plan, settings, check, own.many, lanes, alone), own.kept, t, _facts(plan, many))
     with working("Simulating many"):
         if store is not None:
             return own.finish(_stored(opened(store, job, size), job, workers, client))

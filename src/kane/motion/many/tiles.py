@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from threading import Event as Flag
 from threading import RLock
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,14 +28,18 @@ from kane.expr.symbols import time
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
-from kane.motion.simulate import by_runner, check_conserved, runner_of, simulate
+from kane.motion.simulate import by_runner, check_conserved, method_and_inputs, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
+from kane.motion.start import check_span, sample_times
 from kane.motion.steppers.context import Slot
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 from kane.progress import check_whole
+
+if TYPE_CHECKING:
+    from kane.motion.many.contact_batch import ContactBatch  # which takes its time to import
 
 T = TypeVar("T")
 
@@ -64,6 +68,8 @@ class Ensemble:
     check: Sequence[Any]
     instances: Instances
     lanes: bool | None = None
+    states_alone: bool = False
+    """Whether nothing but coordinates, speeds and further states is read off the motions."""
 
     def runner(self, k: int = 0) -> Runner | None:
         """A runner with the inputs of the kth instance; None where Python is asked between two steps."""
@@ -138,6 +144,47 @@ class Pool:
         self._free.append(bound)
 
 
+class ContactPool:
+    """What runs tiles of a family with contacts; see `kane.motion.many.contact_batch`."""
+
+    def __init__(self, family: Ensemble, batch: "ContactBatch") -> None:
+        self.family, self.batch = family, batch
+
+    def run(self, tile: range) -> Tile:
+        """What became of a tile of instances."""
+        family, batch = self.family, self.batch
+        begun, found = _begun(family, batch.span, tile)
+        if not begun.places:
+            return Tile(found)
+
+        def alone(n: int) -> None:
+            found[begun.places[n]] = decided(_simulated, family, begun.places[n])
+
+        led = batch.run(begun.x, begun.p, alone)
+        kept = batch.judged(led, begun.p)
+        for n in led.which[~kept].tolist():
+            alone(n)
+        if not kept.any():
+            return Tile(found)
+        table = batch.table(led, kept, lambda n: begun.start(n).constants(family.eom), not family.states_alone)
+        return Tile(found, Finished([begun.places[n] for n in led.which[kept]], led.steps[kept], table))
+
+
+def _contacts(family: Ensemble, k: int) -> ContactPool | None:
+    """What runs tiles of a family with contacts, where their kernel leads them; the kth instance says whether it does."""
+    if not family.eom.system.contacts or family.check or family.instances.vary_inputs:
+        return None
+    from kane.motion.many.contact_batch import ContactBatch, leads_contacts
+
+    given, span = family.instances.at(k), check_span(family.plan.span)
+    own = given["inputs"], family.settings, given["parameters"] or {}
+    method, drives, _ = method_and_inputs(family.eom, family.plan, *own)
+    if not leads_contacts(family.eom, drives, method, span):
+        return None
+    times = sample_times(family.plan.samples, span)
+    return ContactPool(family, ContactBatch(family.eom, method, span, drives, family.settings, times))
+
+
 def _in_lanes(family: Ensemble, first: Runner) -> Ensemble | None:
     """The family with the method that runs it in lanes; None where its motions run one by one.
 
@@ -152,14 +199,17 @@ def _in_lanes(family: Ensemble, first: Runner) -> Ensemble | None:
     return own if runner is not None and goes_in_lanes(runner) else None
 
 
-def run_tile(family: Ensemble, pool: Pool, tile: range, stop: Flag) -> Tile:
+def run_tile(family: Ensemble, pool: Pool | ContactPool, tile: range, stop: Flag) -> Tile:
     """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
     if stop.is_set():
         return Tile({})
+    if isinstance(pool, ContactPool):
+        return pool.run(tile)
     bound = pool.take()
     try:
         if bound.batch is not None:
-            return _in_one_call(family, bound, bound.batch, _begun(family, bound.batch.runner, tile, pool.nearest))
+            runner = bound.batch.runner
+            return _in_one_call(family, bound, bound.batch, _starts(family, runner, tile, pool.nearest))
         return Tile({k: decided(_by_kernel, family, bound.runner, k) for k in tile if not stop.is_set()})
     finally:
         pool.give_back(bound)
@@ -247,19 +297,21 @@ class Starts(NamedTuple):
         )
 
 
-def _begun(
+def _starts(
     family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
-    """The starts of a tile, and what became of instances that have none.
-
-    Starts without constraints differ by columns of finite numbers alone: the first one stands for all.
-    """
+    """The starts of a tile, and what became of instances that have none."""
     if runner.holding is not None:
         return _held(family, runner, tile, nearest)
+    return _begun(family, runner.span, tile)
+
+
+def _begun(family: Ensemble, span: tuple[float, float], tile: range) -> tuple[Starts, dict[int, Outcome[Solution]]]:
+    """The starts of a tile without constraints: they differ by columns of finite numbers alone, and the first one stands for all."""
     eom, many = family.eom, family.instances
     first = decided(_unchecked, family, tile[0])
     if first.found is None:
-        return _one_after_another({k: decided(_projected_start, family, runner, k) for k in tile})
+        return _one_after_another({k: decided(_checked_start, family, span, k) for k in tile})
     x, p = np.tile(first.found.x, (len(tile), 1)), np.tile(first.found.p, (len(tile), 1))
     places = {s: x[:, i] for i, s in enumerate(eom.state)} | {s: p[:, i] for i, s in enumerate(eom.parameters)}
     for _, s, column in many.varied:
@@ -269,7 +321,7 @@ def _begun(
     right = surely_admitted(eom, own) if len(own) > 1 else np.zeros(1, dtype=bool)
     errors: dict[int, str] = {}
     for n in map(int, np.flatnonzero(~right)):
-        errors[n] = decided(check_values, eom, own[n], runner.span).error
+        errors[n] = decided(check_values, eom, own[n], span).error
         right[n] = not errors[n]
     right = np.resize(right, len(p))
     failed = {tile[n]: Outcome[Solution](None, errors[n % len(own)]) for n in map(int, np.flatnonzero(~right))}
@@ -340,12 +392,17 @@ def _unchecked(family: Ensemble, k: int) -> Start:
     return Start(x, np.array([constants[s] for s in eom.parameters]), constants)
 
 
+def _checked_start(family: Ensemble, span: tuple[float, float], k: int) -> Start:
+    """The start of the kth instance without constraints, whose parameters are checked, too."""
+    start = _unchecked(family, k)
+    check_values(family.eom, start.p, span)
+    return start
+
+
 def _projected_start(family: Ensemble, runner: Runner, k: int) -> Start | None:
     """The start of the kth instance on its constraints; None where it has to be judged otherwise."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
-    if runner.holding is None:
-        start_state(eom, at["q"], at["u"], at["states"])  # tells what is wrong
     runner.take(eom, constants)
     x = None if at["q"] is None or at["u"] is None else runner.begin(eom, (at["q"], at["u"], at["states"]), constants)
     if x is None or runner.holding is None:
@@ -385,7 +442,7 @@ def _words(error: Exception) -> str:
     return str(error) if own else f"{type(error).__name__}: {cut(str(error), 500)}"
 
 
-def prepared(family: Ensemble) -> Pool | None:
+def prepared(family: Ensemble) -> Pool | ContactPool | None:
     """What runs tiles of a family; None where Python is asked on the way. The first instance that can start says which.
 
     What is wrong with those before it is said where they are run.
@@ -393,13 +450,13 @@ def prepared(family: Ensemble) -> Pool | None:
     for k in range(family.instances.count):
         try:
             first = family.runner(k)
+            return _contacts(family, k) if first is None else Pool(family, first)
         except Exception:
             continue
-        return None if first is None else Pool(family, first)
     return None
 
 
-def outcomes(family: Ensemble, pool: Pool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
+def outcomes(family: Ensemble, pool: Pool | ContactPool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
     """What became of the instances, tile by tile as they are done."""
     if pool is None:
         yield from (Tile({k: decided(_simulated, family, k) for k in tile}) for tile in tiles)

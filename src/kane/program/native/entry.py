@@ -167,18 +167,31 @@ def aligned(count: int) -> Array:
     return raw[skip : skip + count]
 
 
+class Hoisting:
+    """What hoists for a routine, of values of all ports: arrays and numbers of the right sizes; it depends on parameters alone."""
+
+    __slots__ = ("_block", "_h", "_run")
+
+    def __init__(self, routine: CompiledRoutine) -> None:
+        self._block, self._run = new_block(routine.program, routine.routine), routine.run
+        at = block(routine.program, routine.routine)
+        memory = np.ctypeslib.as_array(ctypes.cast(self._block[0], ctypes.POINTER(ctypes.c_double)), (at.size,))
+        self._h = memory[at.h : at.h + max(1, len(routine.program.kept))]
+
+    def __call__(self, *values: Any) -> Array:
+        """h for these values."""
+        for view, value in zip(self._block[1:-1], values, strict=True):
+            if isinstance(view, ctypes.c_double):
+                view.value = value
+            elif len(value):
+                view[:] = np.asarray(value, dtype=float)
+        self._run(self._block)
+        return self._h.copy()
+
+
 def hoisted(routine: CompiledRoutine, *values: Any) -> Array:
-    """h for values of all ports, arrays and numbers of the right sizes: of those that are no parameters it does not depend."""
-    own = new_block(routine.program, routine.routine)
-    for view, value in zip(own[1:-1], values, strict=True):
-        if isinstance(view, ctypes.c_double):
-            view.value = value
-        elif len(value):
-            view[:] = np.asarray(value, dtype=float)
-    routine.run(own)
-    at = block(routine.program, routine.routine)
-    memory = np.ctypeslib.as_array(ctypes.cast(own[0], ctypes.POINTER(ctypes.c_double)), (at.size,))
-    return np.array(memory[at.h : at.h + max(1, len(routine.program.kept))])
+    """h for values of all ports; see `Hoisting`."""
+    return Hoisting(routine)(*values)
 
 
 class CompiledKernel:

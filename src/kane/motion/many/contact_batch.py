@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions with contacts of a tile: each one call of the kernel that leads from mode to mode, all laid out and judged as one table.
+
+A motion that the kernel does not lead to the end, or whose energy is not surely kept, is left to be simulated by itself: that makes
+known the modes which those after it go through, too.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.expr.node import Expr
+from kane.model.beams.beam import Beam
+from kane.motion.contact_motion import left_to_python
+from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner
+from kane.motion.course import Method
+from kane.motion.hybrid.contact_automaton import Record
+from kane.motion.hybrid.contact_tables import numbers_of
+from kane.motion.inputs.functions import constant
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import switches, timed
+from kane.motion.runner import judged
+from kane.motion.solution.checks import energy_check, keeps_sharply
+from kane.motion.solution.phases import Indices, Phase, leaps
+from kane.motion.solution.solution import Solution
+from kane.motion.steppers.context import Slot
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.scale import SURELY_REGULAR
+from kane.program.native.machine import Settings
+
+
+def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> bool:
+    """Whether motions are run so: with contacts alone that change their equations, and inputs that are numbers."""
+    system = eom.system
+    return (
+        bool(system.contacts)
+        and system.modes_change
+        and not system.events
+        and not is_constrained(eom)
+        and not switches(eom)
+        and not any(eom.numeric().value(timed))
+        and eom.solved.twin is None
+        and not any(isinstance(b, Beam) for b in system.bodies)
+        and all(constant(f) is not None for f in drives.values())
+        and not any(left_to_python(drives, method, span).values())
+    )
+
+
+class Led(NamedTuple):
+    """Motions that were led to the end: which of a tile, and their modes one after the other as a table.
+
+    Of each row of the table `piece` is the row of `records` and `motion` the place in `which`; `made` are the modes that these name.
+    """
+
+    which: Indices
+    steps: Array
+    records: Array
+    made: Sequence[ModeKernel]
+    t: Array
+    states: Array
+    piece: Indices
+    motion: Indices
+
+    def spans(self, motions: Indices) -> list[tuple[int, int]]:
+        """Where the rows of motions begin and end in the table."""
+        sides = (np.searchsorted(self.motion, motions, side=side).tolist() for side in ("left", "right"))
+        return list(zip(*sides, strict=True))
+
+
+class ContactBatch:
+    """The motions of equations over a span with inputs that are the same for all."""
+
+    def __init__(
+        self,
+        eom: Equations,
+        method: Method,
+        span: tuple[float, float],
+        drives: Mapping[Expr, Any],
+        settings: Settings | None,
+        times: Array,
+    ) -> None:
+        self.eom, self.method, self.span, self.drives, self.settings, self.times = (
+            eom,
+            method,
+            span,
+            drives,
+            settings,
+            times,
+        )
+        inside = times[(times > span[0]) & (times < span[1])]
+        self.t = np.concatenate([span[:1], inside, span[1:]])
+        self.routine = eom.numeric(settings).routine(judged).flat
+        self.r = np.array([constant(drives[s]) or 0.0 for s in eom.inputs] + [0.0], dtype=float)
+
+    def _taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
+        parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
+        return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
+
+    def run(self, x: Array, p: Array, alone: Callable[[int], None]) -> Led:
+        """The motions from (q, u, a), a row of x each, with parameters, a row of p; of the others `alone` is called."""
+        which, steps, records, samples, every = (
+            list[int](),
+            list[float](),
+            list[Array](),
+            list[Array](),
+            list[ModeKernel](),
+        )
+        own, free = self._taken(p[0])
+        for n in range(len(x)):
+            own.renew(p[n])
+            if own.leads(x[n]):
+                which.append(n)
+                steps.append(float(own.s[Slot.STEPS]))
+                records.append(own.completed().copy())
+                records[-1][:, Record.MODE] += len(every)
+                samples.append(own.rows.copy())
+            else:
+                every += own.made
+                free.append(own)
+                alone(n)
+                own, free = self._taken(p[n])
+        every += own.made
+        free.append(own)
+        owner = np.repeat(np.arange(len(which)), [len(rows) for rows in records])
+        table = np.concatenate([np.zeros((0, own.width)), *records])
+        t, states, piece = own.laid_out(ModeRows(table, owner, np.array([*samples, own.rows])))
+        return Led(np.array(which, dtype=np.int64), np.array(steps), table, every, t, states, piece, owner[piece])
+
+    def judged(self, led: Led, p: Array) -> Mask:
+        """Which motions begin where the equations are surely regular, and surely keep their energy but for what impacts take."""
+        rows = np.append(p[led.which][led.motion], np.zeros((len(led.motion), 1)), axis=1)
+        found, states = np.zeros((len(led.t), 3)), np.ascontiguousarray(led.states)
+        self.routine.on_rows(
+            (led.t.copy(), 1), (states, states.shape[1]), (rows, rows.shape[1]), (self.r, 0), out=found
+        )()
+        result = np.zeros(len(led.which), dtype=bool)
+        for k, (begin, end) in enumerate(led.spans(np.arange(len(led.which)))):
+            at = slice(begin, end)
+            kinetic, total, pivot = found[at].T
+            work = states[at, -1] + leaps(total, np.flatnonzero(np.diff(led.piece[at])) + 1)
+            kept = bool(keeps_sharply(kinetic, total, work - work[0], self.method.rtol, True))
+            if not kept and np.isfinite(found[at]).all():
+                check = energy_check(led.t[at], kinetic, total, work, np.zeros(end - begin))
+                kept = check.surely_within(self.method.rtol)
+            result[k] = kept and pivot[0] > SURELY_REGULAR
+        return result
+
+    def table(self, led: Led, chosen: Mask, constants: Callable[[int], dict[Expr, float]], modes: bool) -> Solution:
+        """The chosen motions at the times of samples, one after the other; `modes` tells whether more is read off it than states."""
+        spans = led.spans(np.flatnonzero(chosen))
+        rows = np.concatenate([a + np.searchsorted(led.t[a:b], self.t, side="right") - 1 for a, b in spans])
+        eom, own = self.eom, led.which[chosen]
+        phases: tuple[Phase, ...] = (Phase(constants(int(own[0])), self.drives),)
+        phase, samples = np.zeros(len(rows), dtype=np.int64), tuple[Equations, ...]()
+        if modes:
+            pieces, phase = np.unique(led.piece[rows], return_inverse=True)
+            whose = led.which[led.motion[np.searchsorted(led.piece, pieces)]]
+            numbers = numbers_of(eom, led.records[pieces])
+            phases = tuple(
+                Phase({**constants(int(n)), **more}, self.drives) for n, more in zip(whose, numbers, strict=True)
+            )
+            modes_of = [led.made[int(m)].equations for m in led.records[:, Record.MODE]]
+            samples = tuple(modes_of[k] for k in led.piece[rows])
+        states = led.states[rows]
+        return Solution(
+            eom, led.t[rows], states[:, :-1], states[:, -1], phases[0].parameters, self.drives, "finished",
+            f"reached t = {self.span[1]:g}", None, (), 0, 0, (), samples, self.method.rtol, self.method.atol, self.method.name,
+            phases, phase,
+        )  # fmt: skip
