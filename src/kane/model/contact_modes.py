@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.expr.build import add, div, mul, sub, sum_of
+from kane.expr.build import add, div, mul, sqrt, sub, sum_of
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Reaction
 from kane.expr.visit import substituted
@@ -153,8 +153,7 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> 
         if len(c.slips) > 1:
             yield event("turns", sub(c.onward, c.slowest), 1)
     elif mode.slips:
-        # squares are smooth where a step runs past the end of a slip and back: a size has a corner there
-        yield event("slows", sub(c.square, mul(c.slowest, c.slowest)))
+        yield event("slows", sub(sqrt(c.square), c.slowest))
 
 
 def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr]) -> Sequence[Expr]:
