@@ -339,6 +339,11 @@ class ContactRunner:
         """The records."""
         return self.arrays["records"][2:].reshape(-1, self.width)
 
+    def motion(self) -> Solution | None:
+        """The motion that the completed modes make; None of none."""
+        pieces, _ = self._collect(())
+        return pieces[0] if pieces else None
+
     def completed(self) -> Array:
         """The rows of the completed modes."""
         return self._rows()[: int(self.arrays["records"][0])]

@@ -9,7 +9,7 @@ from kane.equations.equations import Equations, check_equations
 from kane.errors import Attributes
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.runner import Plan, Runners
-from kane.motion.simulate import are_fixed, repeated, runner_of, simulate
+from kane.motion.simulate import are_fixed, repeated, simulate, single_runner
 from kane.motion.solution.checks import checking_functions
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span
@@ -94,7 +94,7 @@ class Prepared(Attributes):
         self.equations, self.span = eom, check_span(plan.span)
         self._plan, self._inputs, self._settings, self._check = plan, inputs, settings, check
         self._runners = Runners()
-        runner = runner_of(eom, plan, inputs, settings) if are_fixed(inputs) else None
+        runner = single_runner(eom, plan, inputs, settings) if are_fixed(inputs) else None
         self._runners.is_plain = runner is not None
         if runner is not None:
             self._runners.give_back(runner)

@@ -12,7 +12,7 @@ from copy import copy
 from dataclasses import replace
 from functools import reduce
 from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -487,18 +487,36 @@ def stepped_along(eom: Equations, changed: Sequence[tuple[float, Routines]], t: 
     return [every[k] for k in np.searchsorted([at for at, _ in changed], t, side="right")]
 
 
+class SingleRunner(Protocol):
+    """What runs one motion at a time, as `Runner` does: values of parameters, then a start, then the motion from there."""
+
+    usual: dict[Expr, float]
+    options: Mapping[str, Any]
+
+    def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
+        """The next motions have these values of the parameters."""
+
+    def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
+        """(q, u, a) from start values; None where a motion from there has to be judged otherwise."""
+
+    def run(
+        self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
+    ) -> tuple[Solution | None, bool]:
+        """The motion, and whether it surely keeps its energy; None where it has to be judged otherwise."""
+
+
 class Runners:
     """The runners of one plan of motions, as many as have run at the same time, after so many calls without one."""
 
     def __init__(self, first: int = 0) -> None:
-        self._free, self._left, self.is_plain = list[Runner](), first, True
+        self._free, self._left, self.is_plain = list[SingleRunner](), first, True
 
     def ready(self) -> bool:
         """Whether motions of the plan are run so, this call being counted."""
         self._left -= 1
         return self.is_plain and self._left < 0
 
-    def take(self, made: Callable[[], Runner | None]) -> Runner | None:
+    def take(self, made: Callable[[], SingleRunner | None]) -> SingleRunner | None:
         """A free one, or the one that is `made`; None where there is none for such motions."""
         try:
             return self._free.pop()
@@ -507,6 +525,6 @@ class Runners:
             self.is_plain = runner is not None
             return runner
 
-    def give_back(self, runner: Runner) -> None:
+    def give_back(self, runner: SingleRunner) -> None:
         """It is free again."""
         self._free.append(runner)

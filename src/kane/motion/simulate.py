@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import MOST_STEPS, STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
-from kane.motion.runner import Plan, Runner, Runners, check_values, is_plain
+from kane.motion.runner import Plan, Runner, Runners, SingleRunner, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
 from kane.motion.solution.resumed import (
@@ -44,6 +44,11 @@ from kane.numeric.arrays import Array, distinct
 from kane.numeric.scale import SAME_TIME
 from kane.program.native.machine import Settings
 from kane.progress import check_whole, noted, working
+
+if TYPE_CHECKING:
+    from kane.motion.contact_batch import (
+        ContactBatch,  # what goes from mode to mode of contacts takes its time to import
+    )
 
 
 def simulate(
@@ -204,7 +209,7 @@ def repeated(
     """A motion from q, u, further states with parameters, `at`, by what is kept of its plan; None where that cannot judge it."""
     if runners is None or at[0] is None or at[1] is None or not runners.ready():
         return None
-    runner = runners.take(lambda: runner_of(eom, plan, inputs, settings))
+    runner = runners.take(lambda: single_runner(eom, plan, inputs, settings))
     if runner is None:
         return None
     try:
@@ -219,7 +224,7 @@ def repeated(
 
 
 def by_runner(
-    runner: Runner, eom: Equations, plan: Plan, at: tuple[Any, Any, Any, Any], inputs: Any
+    runner: SingleRunner, eom: Equations, plan: Plan, at: tuple[Any, Any, Any, Any], inputs: Any
 ) -> tuple[Solution | None, bool]:
     """A motion by a runner that no other one has, and whether it surely keeps its energy; None where the runner cannot judge it."""
     q, u, states, parameters = at
@@ -247,7 +252,7 @@ def runner_of(
     Inputs that hold parameters take these `parameters`, and the runner is for motions with them alone.
     """
     span, constants = check_span(plan.span), None if parameters is None else parameter_values(eom.system, parameters)
-    method, drives, options = method_and_inputs(eom, plan, inputs, settings, parameters)
+    method, drives, options = _method_and_inputs(eom, plan, inputs, settings, parameters)
     p = np.array(
         [(1.0 if s.default is None else s.default) if constants is None else constants[s] for s in eom.parameters]
     )
@@ -262,7 +267,29 @@ def runner_of(
     return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)
 
 
-def method_and_inputs(
+def single_runner(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> SingleRunner | None:
+    """What runs the motions of a plan one at a time, in one call of machine code each; None where Python is asked on the way."""
+    own = runner_of(eom, plan, inputs, settings)
+    contacts = contacts_of(eom, plan, inputs, settings) if own is None else None
+    return own if contacts is None else contacts.single()
+
+
+def contacts_of(
+    eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None = None
+) -> "ContactBatch | None":
+    """What runs the motions of a plan with contacts; None where others have a part in them."""
+    if not eom.system.contacts:
+        return None
+    from kane.motion.contact_batch import ContactBatch, leads_contacts
+
+    method, drives, options = _method_and_inputs(eom, plan, inputs, settings, parameters)
+    span = check_span(plan.span)
+    if not leads_contacts(eom, drives, method, span):
+        return None
+    return ContactBatch(eom, method, span, drives, sample_times(plan.samples, span), options)
+
+
+def _method_and_inputs(
     eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None
 ) -> tuple[Method, Mapping[Expr, Any], dict[str, Any]]:
     """The method and the inputs of the motions of a plan, which may hold `parameters` where these are given, and the options."""

@@ -28,10 +28,9 @@ from kane.expr.symbols import time
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
-from kane.motion.simulate import by_runner, check_conserved, method_and_inputs, runner_of, simulate
+from kane.motion.simulate import by_runner, check_conserved, contacts_of, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
-from kane.motion.start import check_span, sample_times
 from kane.motion.steppers.context import Slot
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
@@ -39,7 +38,7 @@ from kane.program.native.machine import Settings
 from kane.progress import check_whole
 
 if TYPE_CHECKING:
-    from kane.motion.many.contact_batch import ContactBatch  # which takes its time to import
+    from kane.motion.contact_batch import ContactBatch  # which takes its time to import
 
 T = TypeVar("T")
 
@@ -145,7 +144,7 @@ class Pool:
 
 
 class ContactPool:
-    """What runs tiles of a family with contacts; see `kane.motion.many.contact_batch`."""
+    """What runs tiles of a family with contacts; see `kane.motion.contact_batch`."""
 
     def __init__(self, family: Ensemble, batch: "ContactBatch") -> None:
         self.family, self.batch = family, batch
@@ -174,15 +173,9 @@ def _contacts(family: Ensemble, k: int) -> ContactPool | None:
     """What runs tiles of a family with contacts, where their kernel leads them; the kth instance says whether it does."""
     if not family.eom.system.contacts or family.check or family.instances.vary_inputs:
         return None
-    from kane.motion.many.contact_batch import ContactBatch, leads_contacts
-
-    given, span = family.instances.at(k), check_span(family.plan.span)
-    own = given["inputs"], family.settings, given["parameters"] or {}
-    method, drives, _ = method_and_inputs(family.eom, family.plan, *own)
-    if not leads_contacts(family.eom, drives, method, span):
-        return None
-    times = sample_times(family.plan.samples, span)
-    return ContactPool(family, ContactBatch(family.eom, method, span, drives, family.settings, times))
+    given = family.instances.at(k)
+    batch = contacts_of(family.eom, family.plan, given["inputs"], family.settings, given["parameters"] or {})
+    return None if batch is None else ContactPool(family, batch)
 
 
 def _in_lanes(family: Ensemble, first: Runner) -> Ensemble | None:

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions with contacts of a tile: each one call of the kernel that leads from mode to mode, all laid out and judged as one table.
+"""Motions with contacts, each one call of the kernel that leads from mode to mode: one at a time, or laid out and judged as one table.
 
 A motion that the kernel does not lead to the end, or whose energy is not surely kept, is left to be simulated by itself: that makes
 known the modes which those after it go through, too.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.analysis.state_checks import start_state
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam
@@ -21,7 +23,7 @@ from kane.motion.hybrid.contact_tables import numbers_of
 from kane.motion.inputs.functions import constant
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
-from kane.motion.runner import judged
+from kane.motion.runner import check_values, judged
 from kane.motion.solution.checks import energy_check, keeps_sharply
 from kane.motion.solution.phases import Indices, Phase, leaps
 from kane.motion.solution.solution import Solution
@@ -29,6 +31,7 @@ from kane.motion.steppers.context import Slot
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.native.machine import Settings
+from kane.progress import is_noted
 
 
 def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> bool:
@@ -78,23 +81,29 @@ class ContactBatch:
         method: Method,
         span: tuple[float, float],
         drives: Mapping[Expr, Any],
-        settings: Settings | None,
         times: Array,
+        options: Mapping[str, Any],
     ) -> None:
-        self.eom, self.method, self.span, self.drives, self.settings, self.times = (
+        self.eom, self.method, self.span, self.drives, self.times, self.options = (
             eom,
             method,
             span,
             drives,
-            settings,
             times,
+            options,
         )
+        self.settings: Settings | None = options["settings"]
         inside = times[(times > span[0]) & (times < span[1])]
         self.t = np.concatenate([span[:1], inside, span[1:]])
-        self.routine = eom.numeric(settings).routine(judged).flat
+        self.routine = eom.numeric(self.settings).routine(judged).flat
         self.r = np.array([constant(drives[s]) or 0.0 for s in eom.inputs] + [0.0], dtype=float)
 
-    def _taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
+    def single(self) -> "ContactCalls":
+        """What runs one of the motions at a time."""
+        return ContactCalls(self)
+
+    def taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
+        """A runner that no other motion has, and where it is to be put when it is free again."""
         parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
         return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
 
@@ -107,7 +116,7 @@ class ContactBatch:
             list[Array](),
             list[ModeKernel](),
         )
-        own, free = self._taken(p[0])
+        own, free = self.taken(p[0])
         for n in range(len(x)):
             own.renew(p[n])
             if own.leads(x[n]):
@@ -120,7 +129,7 @@ class ContactBatch:
                 every += own.made
                 free.append(own)
                 alone(n)
-                own, free = self._taken(p[n])
+                own, free = self.taken(p[n])
         every += own.made
         free.append(own)
         owner = np.repeat(np.arange(len(which)), [len(rows) for rows in records])
@@ -130,22 +139,32 @@ class ContactBatch:
 
     def judged(self, led: Led, p: Array) -> Mask:
         """Which motions begin where the equations are surely regular, and surely keep their energy but for what impacts take."""
-        rows = np.append(p[led.which][led.motion], np.zeros((len(led.motion), 1)), axis=1)
-        found, states = np.zeros((len(led.t), 3)), np.ascontiguousarray(led.states)
-        self.routine.on_rows(
-            (led.t.copy(), 1), (states, states.shape[1]), (rows, rows.shape[1]), (self.r, 0), out=found
-        )()
+        found = self.read(led.t, led.states, p[led.which][led.motion])
         result = np.zeros(len(led.which), dtype=bool)
         for k, (begin, end) in enumerate(led.spans(np.arange(len(led.which)))):
             at = slice(begin, end)
-            kinetic, total, pivot = found[at].T
-            work = states[at, -1] + leaps(total, np.flatnonzero(np.diff(led.piece[at])) + 1)
-            kept = bool(keeps_sharply(kinetic, total, work - work[0], self.method.rtol, True))
-            if not kept and np.isfinite(found[at]).all():
-                check = energy_check(led.t[at], kinetic, total, work, np.zeros(end - begin))
-                kept = check.surely_within(self.method.rtol)
-            result[k] = kept and pivot[0] > SURELY_REGULAR
+            result[k] = self.is_kept(led.t[at], found[at], led.states[at, -1], led.piece[at])
         return result
+
+    def read(self, t: Array, states: Array, p: Array) -> Array:
+        """K, E and the least pivot (rows × 3) at times and y, with parameters of each row or of all."""
+        rows, y, found = (
+            np.append(p, np.zeros((len(p), 1)), axis=1),
+            np.ascontiguousarray(states),
+            np.zeros((len(t), 3)),
+        )
+        places = (t.copy(), 1), (y, y.shape[1]), (rows, rows.shape[1] if len(p) > 1 else 0), (self.r, 0)
+        self.routine.on_rows(*places, out=found)()
+        return found
+
+    def is_kept(self, t: Array, found: Array, work: Array, piece: Indices) -> bool:
+        """The same of one motion, by what was read of it, the work done, and the mode of each row."""
+        kinetic, total, pivot = found.T
+        work = work + leaps(total, np.flatnonzero(np.diff(piece)) + 1)
+        kept = bool(keeps_sharply(kinetic, total, work - work[0], self.method.rtol, True))
+        if not kept and np.isfinite(found).all():
+            kept = energy_check(t, kinetic, total, work, np.zeros(len(t))).surely_within(self.method.rtol)
+        return kept and bool(pivot[0] > SURELY_REGULAR)
 
     def table(self, led: Led, chosen: Mask, constants: Callable[[int], dict[Expr, float]], modes: bool) -> Solution:
         """The chosen motions at the times of samples, one after the other; `modes` tells whether more is read off it than states."""
@@ -169,3 +188,42 @@ class ContactBatch:
             f"reached t = {self.span[1]:g}", None, (), 0, 0, (), samples, self.method.rtol, self.method.atol, self.method.name,
             phases, phase,
         )  # fmt: skip
+
+
+class ContactCalls:
+    """The motions of a batch one at a time, as a `kane.motion.runner.Runner` runs them."""
+
+    def __init__(self, batch: ContactBatch) -> None:
+        self.batch, self.options = batch, batch.options
+        self.usual: dict[Expr, float] = {}
+
+    def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
+        """The next motions have these values of the parameters, which are checked."""
+        self.p = np.array([constants[s] for s in eom.parameters])
+        check_values(eom, self.p, self.batch.span)
+
+    def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
+        """(q, u, a) from start values."""
+        return start_state(eom, *at)
+
+    def run(
+        self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
+    ) -> tuple[Solution | None, bool]:
+        """The motion, and whether it surely keeps its energy; None where the kernel does not lead it to the end."""
+        batch = self.batch
+        own, free = batch.taken(self.p)
+        try:
+            motion = own.motion() if not is_noted() and own.leads(x) else None
+        finally:
+            free.append(own)
+        if motion is None:
+            return None, False
+        found = batch.read(motion.t, np.column_stack([motion.states, motion.work]), self.p[None])
+        if not found[0, 2] > SURELY_REGULAR:
+            return None, False
+        kept = batch.is_kept(motion.t, found, motion.work, motion.phase)
+        end = f"reached t = {batch.span[1]:g}"
+        motion = replace(
+            motion, parameters=constants, status="finished", message=end, _again=again, _options=self.options
+        )
+        return motion, kept
