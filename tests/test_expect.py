@@ -77,7 +77,17 @@ def test_no_numbers(given):
 
 
 @pytest.mark.parametrize(
-    "given", [[1j, 0], np.array([1j]), np.ma.array([1.0, 2.0], mask=[False, True]), None, ["x"], [[1], [2, 3]]]
+    "given",
+    [
+        [1j, 0],
+        np.array([1j]),
+        np.ma.array([1.0, 2.0], mask=[False, True]),
+        None,
+        ["x"],
+        [[1], [2, 3]],
+        ["1"],
+        [1.0, None],
+    ],
 )
 def test_no_arrays_of_floats(given):
     assert message(expect.floats, given, "numbers").startswith("Expected numbers, got ")

@@ -146,12 +146,15 @@ def whole(
 
 
 def reals(given: Any) -> "npt.NDArray[np.float64]":
-    """An array of floats; a TypeError or ValueError where there is none, or NumPy would drop imaginary parts, a mask or None."""
+    """An array of floats; a TypeError or ValueError of texts, or where NumPy would drop imaginary parts, a mask or None."""
     import numpy as np  # `import kane` does without
 
     array, mask = np.asarray(given), getattr(given, "mask", None)
-    if given is None or array.dtype.kind == "c" or (isinstance(mask, np.ndarray) and mask.any()):
-        raise TypeError("complex or masked numbers, or none")
+    odd = array.dtype.kind in "cUS" or (
+        array.dtype.kind == "O" and any(x is None or isinstance(x, str) for x in array.flat)
+    )
+    if odd or (isinstance(mask, np.ndarray) and mask.any()):
+        raise TypeError("complex or masked numbers, texts, or none")
     return np.asarray(array, dtype=np.float64)
 
 

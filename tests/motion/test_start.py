@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -98,13 +100,25 @@ def test_span_and_tolerance():
             check_span(span)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, None])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, None, "0.5"])
 @pytest.mark.parametrize("place", [0, 1, 2])
-def test_sample_times_are_finite(bad: float, place: int) -> None:
-    times = [0.0, 0.5, 1.0]
+def test_sample_times_are_finite(bad: Any, place: int) -> None:
+    times: list[Any] = [0.0, 0.5, 1.0]
     times[place] = bad
-    with pytest.raises(kn.SimulationError, match=r"finite sample times, got (nan|inf|-inf) among them"):
+    said = r"finite sample times, got (nan|inf|-inf) among them|a number of samples or their times, got \["
+    with pytest.raises(kn.SimulationError, match=said):
         sample_times(times, (0.0, 1.0))
+
+
+@pytest.mark.parametrize("given", [{"q": ["1"]}, {"parameters": {"k": "1"}}, {"inputs": {"F": "1"}}])
+def test_texts_are_no_numbers(given: dict[str, Any]) -> None:
+    N, x = kn.Frame("N"), kn.coordinate("x")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    loads = [kn.Force(P, (kn.input("F") - kn.parameter("k") * x) * N.x)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds="rates", loads=loads))
+    start: dict[str, Any] = {"q": [0], "u": [0], "parameters": {"k": 1}, "inputs": {"F": 1}}
+    with pytest.raises(kn.SimulationError, match=r"Expected a number as the .* got '1'"):
+        kn.simulate(eom, (0, 1), **start | given)
 
 
 @pytest.mark.parametrize("most", [0, -1, 0.5, "a", None, True, np.nan])

@@ -73,7 +73,8 @@ def _is_many(given: Any) -> bool:
     if hasattr(given, "data_vars") or hasattr(given, "iloc"):
         return True
     if isinstance(given, Mapping):
-        return any(np.ndim(v) > 0 for v in given.values() if not isinstance(v, Expr) and not callable(v))
+        values = [v for v in given.values() if not isinstance(v, Expr) and not callable(v)]
+        return any(isinstance(v, list | tuple) or np.ndim(v) > 0 for v in values)
     if isinstance(given, list | tuple):
         return any(isinstance(v, list | tuple | np.ndarray) and np.ndim(v) > 0 for v in given)
     return isinstance(given, np.ndarray) and given.ndim > 1

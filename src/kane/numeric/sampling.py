@@ -215,8 +215,8 @@ def _listed(what: str, symbols: Sequence[Symbol], given: Any) -> Iterable[Any]:
 def finite_number(what: str, name: str, value: Any) -> float:
     """`value` as a finite float."""
     try:
-        if isinstance(value, np.ndarray | np.generic) and value.dtype.kind == "c":
-            raise TypeError("a complex number")  # of which NumPy would drop the imaginary part
+        if isinstance(value, str | bytes) or (isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "cUS"):
+            raise TypeError("a text, or a complex number, of which NumPy would drop the imaginary part")
         number = float(value)
     except (TypeError, ValueError, OverflowError) as error:
         raise SimulationError(f"Expected a number as the {what} for {name}, got {_came(what, name, value)}") from error

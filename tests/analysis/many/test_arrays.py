@@ -432,6 +432,11 @@ def test_values_beside_a_dataset_have_its_length(bead):
     assert one.equals(all_four)
 
 
+def test_ragged_lists_are_named(bead):
+    with pytest.raises(kn.SimulationError, match=r"numbers for x in q, got \[\[1, 2\], \[3\]\]"):
+        kn.assemble(bead, q={"x": [[1, 2], [3]], "y": kn.guess(-1)})
+
+
 def test_names_of_what_a_dataset_tells_are_taken():
     """A coordinate named status was overwritten by the texts."""
     N = kn.Frame("N")

@@ -68,6 +68,10 @@ def test_times_that_are_none_are_named(timeout):
         kn.from_mjcf(MODELS["tree"], timeout=timeout)
 
 
+def test_a_time_may_be_longer_than_systems_count():
+    assert kn.from_mjcf(MODELS["tree"], timeout=1e12).system.bodies
+
+
 def test_tendons_are_ropes_on_request():
     read = kn.from_mjcf(MODELS["tendons"], stops=True)
     (taut,) = read.system.contacts

@@ -71,8 +71,12 @@ def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:
             path = Path(own) / "model.xml"
             path.write_bytes(text if isinstance(text, bytes) else text.encode())
         binary = Path(own) / "model.mjb"
-        _run(path, binary, timeout, name)
+        _run(path, binary, min(timeout, _WEEK), name)
         return package.MjModel.from_binary_path(str(binary)), root
+
+
+_WEEK = 604800.0
+"""Seconds that a process is waited for at most: systems count no longer ones."""
 
 
 def _run(path: Path, binary: Path, timeout: float, name: str) -> None:
