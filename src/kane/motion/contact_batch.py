@@ -5,7 +5,7 @@ A motion that the kernel does not lead to the end, or whose energy is not surely
 known the modes which those after it go through, too.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -32,6 +32,9 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.native.machine import Settings
 from kane.progress import is_noted
+
+_ROOM = 2**21
+"""So many doubles of records and samples are laid out as one table, or a few more."""
 
 
 def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> bool:
@@ -107,8 +110,15 @@ class ContactBatch:
         parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
         return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
 
-    def run(self, x: Array, p: Array, alone: Callable[[int], None]) -> Led:
-        """The motions from (q, u, a), a row of x each, with parameters, a row of p; of the others `alone` is called."""
+    def run(self, x: Array, p: Array, alone: Callable[[int], None]) -> Iterator[Led]:
+        """The motions from (q, u, a), a row of x each, with parameters, rows of p, some at a time; of the others `alone` is called."""
+        begin = 0
+        while begin < len(x):
+            led, begin = self._led(x, p, begin, alone)
+            yield led
+
+    def _led(self, x: Array, p: Array, begin: int, alone: Callable[[int], None]) -> tuple[Led, int]:
+        """The motions from the row `begin` on, as many as there is room for, and the row after them."""
         which, steps, records, samples, every = (
             list[int](),
             list[float](),
@@ -116,8 +126,9 @@ class ContactBatch:
             list[Array](),
             list[ModeKernel](),
         )
-        own, free = self.taken(p[0])
-        for n in range(len(x)):
+        own, free = self.taken(p[begin])
+        n, room = begin, _ROOM
+        while n < len(x) and room > 0:
             own.renew(p[n])
             if own.leads(x[n]):
                 which.append(n)
@@ -125,17 +136,20 @@ class ContactBatch:
                 records.append(own.completed().copy())
                 records[-1][:, Record.MODE] += len(every)
                 samples.append(own.rows.copy())
+                room -= records[-1].size + samples[-1].size
             else:
                 every += own.made
                 free.append(own)
                 alone(n)
                 own, free = self.taken(p[n])
+            n += 1
         every += own.made
         free.append(own)
         owner = np.repeat(np.arange(len(which)), [len(rows) for rows in records])
         table = np.concatenate([np.zeros((0, own.width)), *records])
         t, states, piece = own.laid_out(ModeRows(table, owner, np.array([*samples, own.rows])))
-        return Led(np.array(which, dtype=np.int64), np.array(steps), table, every, t, states, piece, owner[piece])
+        numbers = np.array(which, dtype=np.int64), np.array(steps)
+        return Led(*numbers, table, every, t, states, piece, owner[piece]), n
 
     def judged(self, led: Led, p: Array) -> Mask:
         """Which motions begin where the equations are surely regular, and surely keep their energy but for what impacts take."""

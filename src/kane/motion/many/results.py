@@ -161,15 +161,14 @@ class Results:
         motions = {k - self.rows.start: one.found for k, one in found.outcomes.items() if one.found is not None}
         if motions:
             self._keep_all(list(motions), _together([*motions.values()]), *self._sample_indices([*motions.values()]))
-        if found.finished is not None:
-            places, steps, table = found.finished
+        for places, steps, table in found.finished:
             which = np.asarray(places) - self.rows.start
             self.texts["status"].put(which, table.status)
             self.texts["cause"].put(which, table.message)
             ends = np.arange(1, len(which) + 1) * len(self.t) - 1
             self.steps[which], self.end_t[which], self.end_state[which] = steps, table.t[-1], table.states[ends]
             self._keep_all(which, table, np.arange(len(table)).reshape(len(which), -1))
-        self.done += len(found.outcomes) + (len(found.finished.instances) if found.finished else 0)
+        self.done += len(found.outcomes) + sum(len(own.instances) for own in found.finished)
 
     def _keep_all(self, which: Sequence[int] | Indices, table: Solution, at: Any, there: Any = None) -> None:
         """What is kept of instances, by their motions as a table and where in it their samples are."""

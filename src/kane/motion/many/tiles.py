@@ -98,10 +98,10 @@ class Finished(NamedTuple):
 
 
 class Tile(NamedTuple):
-    """What became of the instances of a tile: those that were judged one by one, and those that were together."""
+    """What became of the instances of a tile: those that were judged one by one, and those that were together, some at a time."""
 
     outcomes: dict[int, Outcome[Solution]]
-    finished: Finished | None = None
+    finished: Sequence[Finished] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,24 +149,26 @@ class ContactPool:
     def __init__(self, family: Ensemble, batch: "ContactBatch") -> None:
         self.family, self.batch = family, batch
 
-    def run(self, tile: range) -> Tile:
-        """What became of a tile of instances."""
+    def run(self, tile: range, stop: Flag) -> Tile:
+        """What became of a tile of instances; once it is to stop, none is simulated by itself."""
         family, batch = self.family, self.batch
         begun, found = _begun(family, batch.span, tile)
         if not begun.places:
             return Tile(found)
 
         def alone(n: int) -> None:
-            found[begun.places[n]] = decided(_simulated, family, begun.places[n])
+            if not stop.is_set():
+                found[begun.places[n]] = decided(_simulated, family, begun.places[n])
 
-        led = batch.run(begun.x, begun.p, alone)
-        kept = batch.judged(led, begun.p)
-        for n in led.which[~kept].tolist():
-            alone(n)
-        if not kept.any():
-            return Tile(found)
-        table = batch.table(led, kept, lambda n: begun.start(n).constants(family.eom), not family.states_alone)
-        return Tile(found, Finished([begun.places[n] for n in led.which[kept]], led.steps[kept], table))
+        finished = list[Finished]()
+        for led in batch.run(begun.x, begun.p, alone):
+            kept = batch.judged(led, begun.p)
+            for n in led.which[~kept].tolist():
+                alone(n)
+            if kept.any():
+                table = batch.table(led, kept, lambda n: begun.start(n).constants(family.eom), not family.states_alone)
+                finished.append(Finished([begun.places[n] for n in led.which[kept]], led.steps[kept], table))
+        return Tile(found, finished)
 
 
 def _contacts(family: Ensemble, k: int) -> ContactPool | None:
@@ -197,7 +199,7 @@ def run_tile(family: Ensemble, pool: Pool | ContactPool, tile: range, stop: Flag
     if stop.is_set():
         return Tile({})
     if isinstance(pool, ContactPool):
-        return pool.run(tile)
+        return pool.run(tile, stop)
     bound = pool.take()
     try:
         if bound.batch is not None:
@@ -220,7 +222,7 @@ def _in_one_call(
     for n in map(int, np.flatnonzero(~together)):
         k = begun.places[n]
         found[k] = decided(_judged, family, batch, ran, n, begun.start(n)) if ran.done[n] else Outcome(None)
-    finished = _together(family, batch, ran, np.flatnonzero(together), begun) if together.any() else None
+    finished = [_together(family, batch, ran, np.flatnonzero(together), begun)] if together.any() else []
     return Tile(_one_by_one(family, bound, found), finished)
 
 
