@@ -2,6 +2,7 @@
 """Programs in C give the motions of `simulate` bit by bit, where no a·b + c is contracted."""
 
 import os
+import subprocess
 import warnings
 
 import numpy as np
@@ -11,6 +12,7 @@ import kane as kn
 from kane.gallery import load
 from kane.motion import emit_simulator
 from tests.motion.emitted import CONTROLLER, EXACT, MODELS, PERIOD, SANITIZED, bits, compiled, control, emitted, rows
+from tests.motion.test_time_breaks import KINDS, S, wheel
 from tests.systems.draft_kinds import drafted
 from tests.systems.drafts import built
 
@@ -99,6 +101,60 @@ def test_dependent_speeds_change_more_often_than_is_noted_at_once(tmp_path):
     assert np.array_equal(bits(sol.states), bits(again.states))
     text = emit_simulator(eom.compile(name="skate", contract=False), "dop853")
     agree(sol, rows(compiled(tmp_path, "skate", text, "-O1"), 30.0, 31, values(eom, sol)))
+
+
+LATER = """
+#include <stdio.h>
+#include <stdlib.h>
+int main(int count, char **given)
+{
+    static @NAME@_motion m;
+    int said = @CAPS@_LIMIT;
+    (void)count;
+    @NAME@_defaults(&m);
+    m.start = strtod(given[1], NULL);
+    for (int k = 0; k < @CAPS@_STATES; k++) {
+        m.y[k] = strtod(given[3 + k], NULL);
+    }
+    for (int k = 0; k < @CAPS@_PARAMETERS; k++) {
+        m.p[k] = strtod(given[3 + @CAPS@_STATES + k], NULL);
+    }
+    if (@NAME@_begin(&m, strtod(given[2], NULL), 11) != @CAPS@_BEGUN) {
+        return 1;
+    }
+    while (said < @CAPS@_END) {
+        said = @NAME@_go_on(&m);
+    }
+    for (int k = 0; k < 11; k++) {
+        (void)printf("%s%.17g", (k > 0) ? "\\n" : "", m.times[k]);
+        for (int j = 0; j < @CAPS@_STATES; j++) {
+            (void)printf(",%.17g", m.rows[(k * N) + j]);
+        }
+    }
+    return (said == @CAPS@_END) ? 0 : 1;
+}
+"""
+"""A `main` that begins at another time: START END, the state, the parameters."""
+
+
+@pytest.mark.parametrize("name", ["road", "cart"])
+def test_motions_begin_at_any_time(tmp_path, name):
+    """Corners that are passed at times before, at and after zero; a controller is asked at periods from the start on."""
+    eom = wheel(KINDS["max"][0]) if name == "road" else kn.derive(MODELS["cart"][0]())
+    text = emit_simulator(eom.compile(name=name, contract=False), "tsit5", None if name == "road" else PERIOD)
+    text += LATER.replace("@NAME@", name).replace("@CAPS@", name.upper())
+    options = ("-O0", f"-D{name.upper()}_NO_MAIN")
+    program = compiled(tmp_path, name, text, *options, control=CONTROLLER if name == "cart" else "")
+    sampled = {"inputs": {"F": kn.sampled(control, period=PERIOD)}} if name == "cart" else {}
+    for start in (0.0, -1.0, -0.37, 1.0, -1e3, 1e6):
+        more = sampled or {"parameters": {S: 2 * start + 1}}
+        q = np.full(len(eom.coordinates), 0.1)
+        sol = kn.simulate(
+            eom, (start, start + 1), q=q, u=0 * q, samples=11, method="tsit5", settings=EXACT, **TOLERANCES, **more
+        )
+        given = [start, start + 1, *sol.states[0], *(sol.parameters[p] for p in eom.parameters)]
+        done = subprocess.run([program, *(repr(float(x)) for x in given)], capture_output=True, text=True, check=True)
+        agree(sol, np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()]))
 
 
 @pytest.mark.grows

@@ -76,10 +76,10 @@ int @NAME@_go_on(@NAME@_motion *m);
 @TABLES@
 @KERNEL@
 @FILL_TABLES@
-/* The distance to the next number above. */
+/* The distance to the next number away from zero. */
 static double spacing(double t)
 {
-    return nextafter(t, (double)INFINITY) - t;
+    return nextafter(fabs(t), (double)INFINITY) - fabs(t);
 }
 
 @FIND_STOPS@/* Where the step from the time at hand on ends: just before the next stop. */

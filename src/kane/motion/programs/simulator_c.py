@@ -316,12 +316,12 @@ _CONTROLLED = (
 extern void @NAME@_control(double t, const double *x, double *inputs);
 """,
     "@NAME@_control(m->start, m->y, m->r);",
-    """const double instant = (double)m->asked * @PERIOD@;
+    """const double instant = m->start + ((double)m->asked * @PERIOD@);
         if (m->s[AT_TIME] >= (instant - (@ULPS@.0 * spacing(instant)))) {
             @NAME@_control(instant, m->y, m->r);
             m->asked++;
         }""",
-    """const double instant = (double)m->asked * @PERIOD@;
+    """const double instant = m->start + ((double)m->asked * @PERIOD@);
     if ((instant > t) && (instant < stop)) {
         stop = instant;
     }""",
@@ -450,7 +450,7 @@ def _clock(clock: Clock) -> dict[str, str]:
 
 
 _NOW = """double now[(2 * TURNING) + PULSES];
-    @NAME@_clock(0.0, m->y, m->p, m->r, m->h, now);
+    @NAME@_clock(m->start, m->y, m->p, m->r, m->h, now);
     """
 _BY_LEVELS = """for (int64_t k = 0; k < TURNING; k++) {
         add_levels(m, &turnings[k], now[k], now[TURNING + k]);

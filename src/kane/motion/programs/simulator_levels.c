@@ -1,10 +1,9 @@
-/* Where a quantity that is `at` at time 0 and has this slope comes to its levels. */
+/* Where a quantity that is `at` at the start and has this slope comes to its levels. */
 static void add_levels(@NAME@_motion *m, const turning *of, double at, double slope)
 {
-    const double there = at + (slope * m->end);
-    const double here = at + (slope * m->start);
-    const double low = fmin(here, there);
-    const double high = fmax(here, there);
+    const double there = at + (slope * (m->end - m->start));
+    const double low = fmin(at, there);
+    const double high = fmax(at, there);
     const bool again = of->period > 0.0;
     const double first = again ? floor((low - of->start) / of->period) : 0.0;
     const double last = again ? floor((high - of->start) / of->period) : 0.0;
@@ -21,7 +20,7 @@ static void add_levels(@NAME@_motion *m, const turning *of, double at, double sl
                 if (inside && (pass == 0)) {
                     within++;
                 } else if (inside && (within <= of->most)) {
-                    add_stop(m, (level - at) / slope);
+                    add_stop(m, m->start + ((level - at) / slope));
                 } else {
                     /* outside, or there are too many */
                 }
