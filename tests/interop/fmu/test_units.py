@@ -12,7 +12,7 @@ import pytest
 import kane as kn
 from kane.gallery import GALLERY, load
 from tests.interop.fmu.units import MODELS, TIGHT, far, instantiated, integrated, model, reference, states_of, written
-from tests.motion.test_time_breaks import KINDS, S, V, wheel
+from tests.motion.test_time_breaks import KINDS, PULSES, S, V, wheel
 from tests.peer import require
 
 fmpy = require("fmpy")
@@ -242,6 +242,28 @@ def test_a_state_that_was_kept_goes_on_as_before(tmp_path, instance):
     one.doStep(2.0, 0.3)
     one.doStep(2.3, 0.7)
     assert np.allclose(one.getFloat64([at["y"], at["v"]]), first, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("stop", [10.0, None])
+def test_a_pulse_is_where_a_parameter_puts_it_on_the_way(tmp_path, instance, stop):
+    """A parameter that is set after the start moves the times at which rates turn, at which steps end."""
+    N = kn.Frame("N")
+    x, v, at = kn.coordinate("x"), kn.speed("v"), kn.parameter("at", 1.0)
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    form, whole = PULSES["where"]
+    loads = [kn.Force(P, form(kn.time - at) * N.x)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={v: x.dt}, loads=loads))
+    one, refers = instance(written(tmp_path, "pulse", eom, {"q": [0.0], "u": [0.0]}), "CoSimulation")
+    for start in (0.0, -50.0):
+        one.reset()
+        one.setFloat64([refers["at"]], [start + 1.0])
+        one.enterInitializationMode(startTime=start, stopTime=None if stop is None else start + stop)
+        one.exitInitializationMode()
+        one.doStep(start, 0.5)
+        one.setFloat64([refers["at"]], [start + 5.77])
+        for k in range(1, 20):
+            one.doStep(start + 0.5 * k, 0.5)
+        assert one.getFloat64([refers["v"]])[0] == pytest.approx(whole, rel=1e-9)
 
 
 # ------------------------------------------------------------------------------------------------------- the archive

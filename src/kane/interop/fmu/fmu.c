@@ -117,22 +117,6 @@ static double beside(const unit *i)
 
 @FMU_HELD@
 @FMU_ACTING@
-/* What follows from parameters and start values that were set; whether it does. */
-static bool refresh(unit *i)
-{
-    @NAME@_motion *m = &i->now.m;
-    bool fine = true;
-    if (i->now.unhoisted) {
-        fmu_hoist(m);
-        i->now.unhoisted = false;
-    }
-    if (i->now.unsettled && (i->now.at != NEW)) {
-        i->now.unsettled = false;
-        fine = assembled(i);
-    }
-    return fine;
-}
-
 /* Times at which rates turn, up to a time and beyond; those that are behind are passed by. */
 static void look_ahead(unit *i, double until)
 {
@@ -153,6 +137,26 @@ static void look_ahead(unit *i, double until)
         }
         m->stop++;
     }
+}
+
+/* What follows from parameters and start values that were set; whether it does. */
+static bool refresh(unit *i)
+{
+    @NAME@_motion *m = &i->now.m;
+    bool fine = true;
+    if (i->now.unhoisted) {
+        fmu_hoist(m);
+        i->now.unhoisted = false;
+        if (((int)i->now.at & ((int)NEW | (int)INITIALIZING)) == 0) { /* rates turn at other times */
+            i->now.known = -(double)INFINITY;
+            look_ahead(i, i->now.time);
+        }
+    }
+    if (i->now.unsettled && (i->now.at != NEW)) {
+        i->now.unsettled = false;
+        fine = assembled(i);
+    }
+    return fine;
 }
 
 /* The derivatives of the states; whether they are finite. */
