@@ -103,6 +103,27 @@ def test_dependent_speeds_change_more_often_than_is_noted_at_once(tmp_path):
     agree(sol, rows(compiled(tmp_path, "skate", text, "-O1"), 30.0, 31, values(eom, sol)))
 
 
+def test_motions_end_where_a_ball_bounces(tmp_path):
+    """The end is the time of an impact but for rounding, to either side."""
+    N = kn.Frame("N")
+    y, v = kn.coordinate("y"), kn.speed("v")
+    P = kn.Point("O", fixed_in=N).at("P", y * N.y)
+    loads, events = [kn.gravity(-9.81 * N.y)], [kn.Event("bounce", y, direction=-1, then={v: -0.8 * v})]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={v: y.dt}, loads=loads, events=events))
+    text = emit_simulator(eom.compile(name="drop", contract=False), "dop853")
+    program, bounced = compiled(tmp_path, "drop", text, "-O0"), 0
+    for end in np.arange(1, 31) / 10:
+        sol = kn.simulate(
+            eom, (0, end), q=[9.81 * end**2 / 2], u=[0], samples=4, method="dop853", settings=EXACT, **TOLERANCES
+        )
+        agree(sol, rows(program, float(end), 4, values(eom, sol)))
+        assert sol.status == "finished"
+        assert sol.t[-1] == end
+        bounced += len(sol.jumps)
+        assert sol.u[-1, 0] == pytest.approx(-9.81 * end * (-0.8 if sol.jumps else 1), rel=1e-8)
+    assert bounced > 0
+
+
 LATER = """
 #include <stdio.h>
 #include <stdlib.h>

@@ -244,6 +244,22 @@ def test_a_state_that_was_kept_goes_on_as_before(tmp_path, instance):
     assert np.allclose(one.getFloat64([at["y"], at["v"]]), first, rtol=0, atol=1e-9)
 
 
+def test_communication_points_at_impacts(tmp_path, instance):
+    """A step of co-simulation ends where an event acts, but for rounding to either side: the motion goes on as in one step."""
+    eom, given = model("ball")
+    sol = reference(eom, 1.3, 2, given)
+    one, at = instance(written(tmp_path, "ball", eom, given), "CoSimulation")
+    for _, t in sol.events:
+        for beside in (0, 1, -1, 2, -4, 9, -20, 40, -100, 1e4, -1e4):
+            there = t + beside * np.spacing(t)
+            one.reset()
+            one.enterInitializationMode(stopTime=1.3)
+            one.exitInitializationMode()
+            one.doStep(0.0, there)
+            one.doStep(there, 1.3 - there)
+            assert far(np.array(one.getFloat64([at["y"], at["v"]])), sol.states[-1]) < 1e-8
+
+
 @pytest.mark.parametrize("stop", [10.0, None])
 def test_a_pulse_is_where_a_parameter_puts_it_on_the_way(tmp_path, instance, stop):
     """A parameter that is set after the start moves the times at which rates turn, at which steps end."""

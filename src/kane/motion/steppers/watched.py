@@ -419,7 +419,7 @@ class Watched:
         width = o.n * 2 + 2
         row = w.compute("int", o.get(Slot.JUMPS)) * width
         before, after = row + 2, row + o.n + 2
-        t = self.begin.get() + share * self.length.get()
+        t = w.compute("min", self.begin.get() + share * self.length.get(), o.get(Slot.END))
         self.dense(share, self.jumps, before)
         if self.held is not None:
             self.held.project(t, self.jumps, before)
@@ -458,6 +458,29 @@ class Watched:
                     c.leaves[e * LEAVES + j] = self.instant[self.rows + e * LEAVES + j]
             with w.when(ends.get() > 0):
                 o.back.put(int(ReturnCode.EVENT))
+            with w.otherwise(), w.when((acting.get() > 0) & self.is_late(t)):
+                self.be_at_the_end()
+
+    def is_late(self, t: Term) -> Term:
+        """Whether no step leads on from a time to the end, which is as good as there."""
+        o = self.context
+        return o.get(Slot.END) - t <= 10.0 * o.shortest()
+
+    def be_at_the_end(self) -> None:
+        """The state at hand is that of the end, and of the samples up to there."""
+        w, o = self.writer, self.context
+        o.put(Slot.TIME, o.get(Slot.END))
+        with w.repeat(lambda: self.is_behind(o.get(Slot.END))):
+            row = w.compute("int", o.get(Slot.SAMPLE)) * o.n
+            with w.count(o.n) as i:
+                o.rows[row + i] = o.y[i]
+            o.more(Slot.SAMPLE, 1.0)
+        o.arrive()
+
+    def is_behind(self, t: Term) -> Term:
+        """Whether the next sample is no later than a time."""
+        w, o, at = self.writer, self.context, self.context.get(Slot.SAMPLE)
+        return (at < w.compute("float", o.samples)) & (o.times[w.compute("int", at)] <= t)
 
     def at_once(self, k: Term, do: Callable[[], None], condition: Term) -> None:
         """For the kth passage, if it is of the instant of the first that breaks, and the condition holds."""
@@ -488,12 +511,7 @@ class Watched:
             self.no_end()
             o.turned.put(0)
             o.put(Slot.SIDED, 0.0)
-
-        def behind() -> Term:
-            at = o.get(Slot.SAMPLE)
-            return (at < w.compute("float", o.samples)) & (o.times[w.compute("int", at)] <= t)
-
-        with w.repeat(behind):
+        with w.repeat(lambda: self.is_behind(t)):
             o.more(Slot.SAMPLE, 1.0)
 
     def take_actions(self, t: Term, before: Term, after: Term) -> None:
@@ -533,9 +551,11 @@ class Watched:
             with w.few(self.count, own) as e, w.when(self.instant[e] * c.direction(e) >= 0.0):
                 c.put("asked", 1)
         short = t - o.get(Slot.PHASE) <= SAME_TIME * w.compute("max", w.compute("abs", t), o.get(Slot.SPAN))
-        late = o.get(Slot.END) - t <= 10.0 * o.shortest()
-        with w.when(short | late):
+        with w.when(short):
             c.put("asked", 1)
+        if self.sided:
+            with w.when((o.get(Slot.TURNING) > 0.0) & self.is_late(t)):
+                c.put("asked", 1)
 
     def set_values(self, t: Term, before: Term, after: Term) -> None:
         """The values that the events of this instant set; two for one place are asked about."""
