@@ -34,6 +34,14 @@ def product(a: Array, b: Array) -> Array:
     return total
 
 
+def ranks(x: Array, apart: float) -> Indices:
+    """The place of each number (k) in increasing order; those whose neighbours are no further `apart` share theirs."""
+    order = np.argsort(x, kind="stable")
+    places = np.zeros(len(x), dtype=np.intp)
+    places[order[1:]] = np.cumsum(np.diff(x[order]) > apart)
+    return places
+
+
 class First(NamedTuple):
     """The first `place` of several, () of a single number, `written` as an index, and how many `others` there are."""
 
