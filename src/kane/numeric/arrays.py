@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kane.errors import SimulationError
 from kane.expr.numbers import value_of_numbers
 from kane.expr.ops import COS, OPS, SIN
-from kane.numeric.scale import LAST_DIGIT
+from kane.numeric.scale import LAST_DIGIT, ROUNDED_ROOT
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -40,6 +40,16 @@ def ranks(x: Array, apart: float) -> Indices:
     places = np.zeros(len(x), dtype=np.intp)
     places[order[1:]] = np.cumsum(np.diff(x[order]) > apart)
     return places
+
+
+def leading(x: npt.NDArray[Any]) -> Indices:
+    """The first entry of each column (n × k) than which none is larger but for rounding."""
+    size = np.abs(x)
+    return (
+        np.asarray((size >= (1 - ROUNDED_ROOT) * size.max(axis=0, initial=0)).argmax(axis=0))
+        if x.size
+        else np.zeros(0, dtype=np.intp)
+    )
 
 
 class First(NamedTuple):
