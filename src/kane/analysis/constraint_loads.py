@@ -8,7 +8,8 @@ M u̇ = f + Aᵀ λ        and        F_a + F*_a = 0 of a speed u_a that the con
     M̃ Δu = J_nᵀ ν + J_tᵀ τ,    v_n′ = −e v_n,    |τ| ≤ μ ν and v_t′ = 0, or τ = −μ′ ν v_t′/|v_t′|
 
 v is the velocity of the point that strikes in that of what it strikes, v′ after the blow; the configuration does not change. J are the
-nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes.
+nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes; of
+several ways, as much friction may leave them, the one with the least impulse is taken, however axes lie.
 """
 
 from __future__ import annotations
