@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import load
 from tests.systems.four_bar import BAR, EOM, N, O
 
 q1, q2, q3 = BAR.q
@@ -176,3 +177,40 @@ def test_guesses_from_which_no_step_closes_it_are_led_to_the_branch_that_there_i
         found = kn.assemble(eom, q={"q1": 1.0, **guesses})
         # opposite angles of the loop are equal but for sign
         assert list(found.q.values())[2] == pytest.approx(-1.0, abs=1e-9)
+
+
+def test_of_mirror_images_one_is_taken_whatever_rounding_leaves():
+    q, d = kn.coordinates("q1:3", "rad"), kn.parameter("d", 1.2, "m")
+    point, bodies = O.at("pin", 0), []
+    for k, angle in enumerate(q):
+        frame = N.rotate(f"L{k}", angle, N.z)
+        center, point = point.at(f"l{k}*", 0.5 * frame.x), point.at(f"end {k}", 1.0 * frame.x)
+        bodies.append(kn.Particle(f"l{k}", center, 1.0))
+    closing = kn.coincident(point, O.at("other pin", d * N.x), along=(N.x, N.y), name="closing")
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", holonomic=closing))
+    for x in np.linspace(0.1, 1.9, 40):
+        one, other = kn.assemble(eom, parameters={d: x}, all_branches=True)
+        assert list(one.q.values()) == pytest.approx(np.arccos(x / 2) * np.array([1, -1]))
+        assert list(other.q.values()) == pytest.approx(np.arccos(x / 2) * np.array([-1, 1]))
+
+
+@pytest.mark.parametrize("about", ["x", "y", "z"])
+def test_what_is_half_a_turn_away_is_one_branch(about):
+    e, phi = kn.coordinates("e0:4"), kn.parameter("phi", 0.0, "rad")
+    A, B = N.rotate("A", phi, getattr(N, about)), N.rotate_euler_parameters("B", e)
+    body = kn.RigidBody("b", frame=B, mass_center=O, mass=1, inertia=kn.inertia(B, 1, 2, 3))
+    held = [*kn.parallel(B.x, A.x, across=(A.y, A.z)), *kn.parallel(B.y, A.y, across=(A.x, A.z))]
+    with pytest.warns(kn.KaneWarning, match="redundant"):
+        eom = kn.derive(kn.System(N, bodies=[body], speeds="rates", holonomic=held))
+    for beside in (-1e-9, 0.0, 1e-12):
+        found = kn.assemble(eom, parameters={phi: np.pi + beside}, all_branches=True)
+        assert len(found) == 4  # axes are parallel either way, and each orientation has Euler parameters of one sign
+
+
+@pytest.mark.parametrize("q1", [0.0, np.pi, -np.pi])
+def test_angles_half_a_turn_away_are_one_branch(q1):
+    eom = kn.derive(load("slider_crank").system())
+    found = kn.assemble(eom, q={"q1": q1}, all_branches=True)
+    q2, x = np.array([list(one.q.values()) for one in found]).T[1:]
+    assert q2 == pytest.approx([0, np.pi], abs=1e-12)
+    assert x == pytest.approx(0.08 * np.cos(q1) + np.array([0.24, -0.24]))

@@ -65,3 +65,27 @@ def test_impacts_of_what_has_no_mass_and_at_many_states_are_refused():
         kn.impact(eom, P, N.y, restitution=0.5, q=[0], u=[-1.0], parameters={m: 0.0})
     with pytest.raises(kn.ArgumentError, match="one state, got arrays"):
         kn.impact(eom, P, N.y, restitution=0.5, q=[0], u=[np.array([-1.0, -2.0])])
+
+
+def test_an_impact_is_the_same_whichever_way_its_body_heads():
+    """A slender body slips in a direction beside which few others do; speeds along its own axes do not know of the heading."""
+    N = kn.Frame("N")
+    heading, tilt, roll, x, y, z = kn.coordinates("heading tilt roll x y z")
+    B = N.rotate_body("B", (heading, tilt, roll), "zxy")
+    center = kn.Point("O", fixed_in=N).at("B*", x * N.x + y * N.y + z * N.z)
+    body = kn.RigidBody("b", frame=B, mass_center=center, mass=1, inertia=kn.inertia(B, 1, 0.001, 1))
+    speeds = {
+        kn.speed(f"{name}{axis}"): motion.dot(getattr(B, axis))
+        for name, motion in (("v", center.velocity(N)), ("w", B.angular_velocity(N)))
+        for axis in "xyz"
+    }
+    eom = kn.derive(kn.System(N, bodies=[body], speeds=speeds))
+    end = center.fixed_in(B, "end", -0.5 * B.x + 0.2 * B.y + 0.4 * B.z)
+    before = [0.3, 0.8, -0.2, 0, 0, 0]
+    blows = [
+        kn.impact(eom, end, N.z, restitution=0.5, friction=0.5, q=[angle, -0.4, 0.6, 0, 0, 0], u=before)
+        for angle in np.linspace(-3, 3, 13)
+    ]
+    assert all(blow.slips for blow in blows)
+    after = np.array([list(blow.u.values()) for blow in blows])
+    np.testing.assert_allclose(after, np.tile(after[0], (13, 1)), rtol=1e-10)

@@ -41,6 +41,18 @@ def test_what_nothing_holds_has_no_frequency(masses, scale, rng):
     assert modes.motion(t, x=x, rates=v) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
+def test_what_swings_is_not_stable_and_shapes_keep_their_signs():
+    """Whatever rounding leaves of Re λ = 0, and of components that are alike."""
+    eom = chain((1.0, 1.0, 1.0), kn.parameter("k", 1.0, "N/m"))
+    found = [kn.linearize(eom, q=[0] * 3, u=[0] * 3, parameters={"k": k}) for k in np.linspace(0.5, 3, 30)]
+    assert not any(linear.stable for linear in found)
+    shapes = [kn.normal_modes(linear).shapes for linear in found]
+    np.testing.assert_allclose(shapes, np.tile(shapes[0], (30, 1, 1)), atol=1e-7)
+    vectors = [linear.modes[0].vector for linear in found]
+    assert [np.abs(v - 1).argmin() for v in vectors] == [np.abs(vectors[0] - 1).argmin()] * 30
+    assert all(np.all(np.diff([mode.frequency for mode in linear.modes[:3]]) < 0) for linear in found)
+
+
 def test_soft_springs_are_held():
     """A spring of a billionth of another's stiffness is no rounding."""
     soft = chain((1.0, 1.0), 1.0)

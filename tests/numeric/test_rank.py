@@ -11,6 +11,7 @@ from kane.numeric import (
     SOLVE_RANK,
     balance,
     balanced,
+    decays,
     dependencies,
     indeterminate,
     null_direction,
@@ -85,3 +86,15 @@ def test_surely_regular_says_nothing_that_is_not_so():
         assert not sure.all()
     assert not surely_regular(np.full((1, 2, 2), np.nan), 1e-4).any()
     assert not surely_regular(np.zeros((1, 2, 2)), 1e-4).any()
+
+
+def test_what_dies_out_does_so_by_more_than_rounding():
+    swings = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    for damping, dies in ((0.0, False), (1e-15, False), (1e-9, True), (2.0, True), (-1e-9, False)):
+        for t in (1e-6, 1.0, 1e6):  # other units of time
+            a = np.array([[0.0, 1.0], [-1.0 / t**2, -damping / t]])
+            assert decays(a) == dies
+            assert not decays(np.block([[swings, np.eye(2)], [np.zeros((2, 2)), a]]))
+    assert decays(np.eye(4, k=1) - np.eye(4))
+    assert decays(np.diag([-1e6, -1e-4]))
+    assert not decays(np.zeros((1, 1)))

@@ -34,7 +34,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.expr.visit import substituted
 from kane.model.declarations import constraint_rate
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, ranks
 from kane.numeric.newton import Closed
 from kane.numeric.rank import balance, least_squares, singular
 from kane.numeric.sampling import ASSEMBLY_SEED, finite_number, named_values
@@ -142,9 +142,15 @@ class ClosureSearch:
         if away.all():
             return (), nearest, self.turned(q[0])
         q = q[~away]
-        q = self._distinct(q) if not len(self._kernel(q[0])) else np.array([*map(self._slid, q[:_NEAREST])])
-        ends = [self.level.closest(x) for x in self._distinct(q)]
-        return tuple(sorted(ends, key=lambda c: float(self.distances(c.x[None])[0]))), nearest, ""
+        q = q[self._distinct(q)] if not len(self._kernel(q[0])) else np.array([*map(self._slid, q[:_NEAREST])])
+        return self._ordered([self.level.closest(x) for x in q[self._distinct(q)]]), nearest, ""
+
+    def _ordered(self, ends: Sequence[Closed]) -> tuple[Closed, ...]:
+        """Each once, nearest first; of mirror images, which are as near but for rounding, the one whose first coordinate is larger."""
+        x = np.array([c.x for c in ends])
+        columns = (-x / self.level.wide)[:, self._free].T
+        order = np.lexsort([*(ranks(c, ONE_POSITION) for c in columns[::-1]), ranks(self.distances(x), ROUNDED_ROOT)])
+        return tuple(ends[order[k]] for k in self._distinct(x[order]))
 
     def distances(self, x: Array) -> Array:
         """How far each q (k × n) is from the guesses (k); what was left out counts where these are alike."""
@@ -154,26 +160,30 @@ class ClosureSearch:
         weight = ONE_POSITION if self.start.guessed else 1.0
         return np.asarray(guessed + weight * np.linalg.norm(away[:, list(self.start.missing)], axis=1))
 
-    def _distinct(self, x: Array) -> Array:
-        """Each of several q (k × n) once."""
-        kept: list[Array] = []
+    def _distinct(self, x: Array) -> list[int]:
+        """The first of each among several q (k × n), by number."""
+        kept: list[int] = []
         free, size = self._free, self.level.usual.x
-        for one in x:
-            if all(np.abs((one - other)[free] / size).max() > ONE_POSITION for other in kept):
-                kept.append(one)
-        return np.array(kept)
+        for k, one in enumerate(x):
+            if all(np.abs((one - x[i])[free] / size).max() > ONE_POSITION for i in kept):
+                kept.append(k)
+        return kept
 
     def _homed(self, x: Array) -> Array:
-        """Each q (k × n) with angles within half a turn of the start, Euler parameters on its side, where it is closed there too."""
+        """Each q (k × n) with angles within half a turn of the start, Euler parameters on its side, where it is closed there too.
+
+        What is half a turn away is so forwards, whatever rounding leaves, and Euler parameters then begin above zero.
+        """
         free = np.array(self._free)[self.level.usual.turns]
         home, first = x.copy(), self.start.values
-        home[:, free] += 2 * np.pi * np.round((first - x)[:, free] / (2 * np.pi))
+        home[:, free] += 2 * np.pi * np.floor((first - x)[:, free] / (2 * np.pi) + 0.5 + ONE_POSITION)
         place = {q: i for i, q in enumerate(self.level.manifold.system.coordinates)}
         for e in self.level.manifold.system.euler_parameters:
             at = [place[q] for q in e.coordinates]
             if set(at) <= set(self.start.free):
-                side = home[:, at] @ first[at]
-                side = np.where(side == 0, home[:, at[0]], side)
+                side, own = home[:, at] @ first[at], home[:, at]
+                begin = own[np.arange(len(own)), (np.abs(own) > ONE_POSITION).argmax(axis=1)]
+                side = np.where(np.abs(side) <= ONE_POSITION, begin, side)
                 home[:, at] *= np.where(side < 0, -1.0, 1.0)[:, None]
         left = self.level.shares(self.level.numbers(home)[0]).max(axis=1, initial=0)
         kept = (left <= 10 * CLOSED) & (self.level.turned(home) == self.level.turned(x)).all(axis=1)
@@ -381,8 +391,9 @@ def assemble(
 
     Values that are given are kept, guesses (`kn.guess(value)`) may move, what is left out is solved for: coordinates by
     Gauss–Newton steps, speeds by linear least squares. Distances are those of the guessed coordinates, or from zero where there
-    is no guess: of angles in rad, as they stand, of lengths over how far they reach. Orientations that closures do not mean, where
-    their equations hold too, are no configurations.
+    is no guess: of angles in rad, as they stand, of lengths over how far they reach. Of mirror images, which are as near, the one is
+    taken whose first coordinate is larger. Orientations that closures do not mean, where their equations hold too, are no
+    configurations.
 
     Parameters
     ----------

@@ -8,7 +8,8 @@ M u̇ = f + Aᵀ λ        and        F_a + F*_a = 0 of a speed u_a that the con
     M̃ Δu = J_nᵀ ν + J_tᵀ τ,    v_n′ = −e v_n,    |τ| ≤ μ ν and v_t′ = 0, or τ = −μ′ ν v_t′/|v_t′|
 
 v is the velocity of the point that strikes in that of what it strikes, v′ after the blow; the configuration does not change. J are the
-nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes.
+nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes; of
+several ways, as much friction may leave them, the one with the least impulse is taken, however axes lie.
 """
 
 from __future__ import annotations
@@ -28,10 +29,9 @@ from kane.errors import ArgumentError, Attributes, KaneError, SimulationError, S
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import zero_of
 from kane.numeric.rank import null_direction
 from kane.numeric.sampling import finite_number
-from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK, TAKES_PART
+from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, ROUNDED_ROOT, SOLVE_RANK, TAKES_PART
 from kane.space.frame import Point
 from kane.space.vector import Vector
 
@@ -138,10 +138,6 @@ def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names:
         for (name, text), x in zip(told.items(), found, strict=True)
     }
     return many.dataset(own, causes, {"constraint": list(names)})
-
-
-_TURNS = 181
-"""Directions among which that of slip is looked for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -268,26 +264,41 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
     if holds and np.hypot(*stuck[1:]) <= friction[0] * stuck[0] + ROUNDED_CHAIN * size:
         return np.asarray(stuck @ axes), False
 
-    def blow(angle: float) -> tuple[Array, Array]:
-        along = np.array([1.0, -friction[1] * np.cos(angle), -friction[1] * np.sin(angle)])
-        own = wanted[0] / (felt[0] @ along) * along
-        return own, v + felt @ own
-
-    def turned(angle: float) -> float:
-        slip = blow(angle)[1]
-        return float(slip[2] * np.cos(angle) - slip[1] * np.sin(angle))
-
     if friction[1] == 0:
-        return np.asarray(blow(0.0)[0] @ axes), True
-    angles = np.linspace(-np.pi, np.pi, _TURNS) + np.pi / _TURNS  # π, of slip along the first axis, lies between two
-    values = np.array([turned(a) for a in angles])
-    for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
-        a, b = angles[k : k + 2].tolist()
-        angle = zero_of(turned, a, b, float(values[k]), float(values[k + 1]), LAST_DIGIT)
-        own, after = blow(angle)
-        if after[1] * np.cos(angle) + after[2] * np.sin(angle) >= 0 and own[0] >= 0:
-            return np.asarray(own @ axes), True
+        return np.asarray(wanted[0] / felt[0, 0] * n), True
+    along = _opposed(felt, v, float(wanted[0]), friction[1])
+    after = v + along @ felt
+    slips = np.flatnonzero((along[:, 0] >= 0) & ((along[:, 1:] * after[:, 1:]).sum(axis=1) <= 0))
+    if len(slips):
+        return np.asarray(along[slips[np.argmin(along[slips, 0])]] @ axes), True
     raise SimulationError(
         "Expected slip that the impulse of friction opposes, got none in any direction, and sticking would take more friction than "
         "there is: the two coefficients do not fit together. Give one coefficient."
     )
+
+
+_IN_TANGENTS = np.array([[1, 0, 2, 0, 1], [-1, 0, 0, 0, 1], [0, -2, 0, -2, 0], [1, 0, -6, 0, 1], [0, 4, 0, -4, 0]])
+"""1, cos, −sin, cos of twice and −sin of twice an angle, times (1 + t²)², as polynomials in the tangent t of its half."""
+
+
+def _opposed(felt: Array, v: Array, wanted: float, mu: float) -> Array:
+    """The impulses (k × 3) of friction along the slip after them, either way, that change the normal velocity as `wanted`.
+
+    The part of the slip across a direction, times what the impulse in that is divided by, is of the second degree in its cosine and
+    sine: five values determine it. It is a polynomial of the fourth degree in the tangent of half the angle from where it is large.
+    """
+
+    def parts(angle: Array) -> tuple[Array, Array]:
+        along = np.stack([np.ones_like(angle), -mu * np.cos(angle), -mu * np.sin(angle)], axis=-1)
+        return along, along @ felt[0]
+
+    angles = 2 * np.pi * np.arange(5) / 5
+    along, divided = parts(angles)
+    slip = divided[:, None] * v + wanted * along @ felt
+    across = slip[:, 2] * np.cos(angles) - slip[:, 1] * np.sin(angles)
+    start = angles[np.abs(across).argmax()] + np.pi
+    one, two = np.fft.fft(across)[1:3] * 2 * np.exp([1j * start, 2j * start])
+    t = np.roots(np.array([across.sum(), one.real, one.imag, two.real, two.imag]) @ _IN_TANGENTS)
+    t = t[np.abs(t.imag) <= ROUNDED_ROOT * (1 + np.abs(t) ** 2)].real
+    along, divided = parts(start + 2 * np.arctan(t))
+    return np.asarray((wanted / divided)[:, None] * along)

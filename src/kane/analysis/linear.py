@@ -16,17 +16,17 @@ import numpy as np
 from kane import expect, show
 from kane.equations.state import State
 from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError
-from kane.numeric.arrays import Array, Complex, Mask
-from kane.numeric.rank import singular
+from kane.numeric.arrays import Array, Complex, Indices, Mask, leading, ranks
+from kane.numeric.rank import decays, singular
 from kane.numeric.sampling import names_in
-from kane.numeric.scale import EPS, GIVEN, ROUNDED
+from kane.numeric.scale import EPS, GIVEN, ROUNDED, ROUNDED_ROOT
 
 _LINK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mode(Attributes):
-    """One eigenvalue λ (1/s), one of each conjugate pair, and its vector, the largest component 1.
+    """One eigenvalue λ (1/s), one of each conjugate pair, and its vector, the largest component 1, of several alike the first.
 
     `shape` gives the vector by state. `frequency` is |λ| (rad/s), `damping` −Re λ/|λ|.
     """
@@ -97,22 +97,22 @@ class Linear(Attributes):
 
     @cached_property
     def eigenvalues(self) -> Complex:
-        """Eigenvalues of A (1/s), by falling real part."""
+        """Eigenvalues of A (1/s), by falling real part, and where these are alike by falling imaginary part."""
         roots = np.asarray(np.linalg.eigvals(self.A), dtype=complex)
-        return roots[np.lexsort((-roots.imag, -roots.real))]
+        return roots[_falling(roots)]
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
-        """The modes, by falling real part; one of each conjugate pair."""
+        """The modes in the order of the eigenvalues; one of each conjugate pair."""
         values, vectors = np.linalg.eig(self.A)
-        order = np.lexsort((-values.imag, -values.real))
-        pairs = [(complex(values[k]), np.asarray(vectors[:, k], dtype=complex)) for k in order]
-        return tuple(Mode(e, self.states, v / v[np.argmax(np.abs(v))]) for e, v in pairs if e.imag >= 0)
+        shapes = np.asarray(vectors / vectors[leading(vectors), range(len(values))], dtype=complex)
+        pairs = [(complex(values[k]), shapes[:, k]) for k in _falling(values)]
+        return tuple(Mode(e, self.states, v) for e, v in pairs if e.imag >= 0)
 
     @property
     def stable(self) -> bool:
-        """Whether every eigenvalue has a negative real part."""
-        return bool(np.all(self.eigenvalues.real < 0))
+        """Whether every eigenvalue has a negative real part, by more than rounding makes of it."""
+        return decays(self.A)
 
     def _indices(self, states: Any) -> list[int]:
         names = names_in("states", states)
@@ -240,6 +240,12 @@ class Linear(Attributes):
         return f"Linear({', '.join(self.states)}; eigenvalues {values})"
 
 
+def _falling(roots: Complex) -> Indices:
+    """The order of numbers by falling real part; where these are equal but for rounding by falling imaginary part."""
+    alike = ranks(-roots.real, ROUNDED_ROOT * float(np.abs(roots).max(initial=0)))
+    return np.lexsort((-roots.real, -roots.imag, alike))
+
+
 def _links(a: Array, terms: Array | None = None) -> Mask:
     """Which entries count beside the largest of their row, or of its `terms`, and are no rounding beside the largest of all."""
     size = np.abs(a if terms is None else terms)
@@ -336,5 +342,5 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
 
     squares, shapes = eigh((k + k.T) / 2, m)
     squares[np.abs(squares) <= _ROUNDING * len(m) * np.abs(squares).max(initial=0.0)] = 0.0
-    largest = shapes[np.abs(shapes).argmax(axis=0), range(len(m))]
-    return NormalModes(second.names, squares, shapes * np.sign(largest), m, k)
+    signs = np.sign(shapes[leading(shapes), range(len(m))])
+    return NormalModes(second.names, squares, shapes * signs, m, k)

@@ -11,7 +11,7 @@ __getattr__ = offered(
         "sampling": ("HIGH LOW draw sample value_of values_of finite_number named_values symbol_named symbols_named"),
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
         "rank": (
-            "balance balanced dependencies indeterminate null_direction singular sure_rows within "
+            "balance balanced decays dependencies indeterminate null_direction singular sure_rows within "
             "least_change least_constraint metric mobility of_unit_length reflected surely_regular"
         ),
         "arrays": "zxz pace",

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kane.errors import SimulationError
 from kane.expr.numbers import value_of_numbers
 from kane.expr.ops import COS, OPS, SIN
-from kane.numeric.scale import LAST_DIGIT
+from kane.numeric.scale import LAST_DIGIT, ROUNDED_ROOT
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -32,6 +32,24 @@ def product(a: Array, b: Array) -> Array:
     for column, row in zip(a.T, b, strict=True):
         total += np.multiply.outer(column, row)
     return total
+
+
+def ranks(x: Array, apart: float) -> Indices:
+    """The place of each number (k) in increasing order; those whose neighbours are no further `apart` share theirs."""
+    order = np.argsort(x, kind="stable")
+    places = np.zeros(len(x), dtype=np.intp)
+    places[order[1:]] = np.cumsum(np.diff(x[order]) > apart)
+    return places
+
+
+def leading(x: npt.NDArray[Any]) -> Indices:
+    """The first entry of each column (n × k) than which none is larger but for rounding."""
+    size = np.abs(x)
+    return (
+        np.asarray((size >= (1 - ROUNDED_ROOT) * size.max(axis=0, initial=0)).argmax(axis=0))
+        if x.size
+        else np.zeros(0, dtype=np.intp)
+    )
 
 
 class First(NamedTuple):

@@ -215,6 +215,22 @@ def sure_rows(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None) ->
     return np.asarray(rows[values > MOTION_RANK * values[0]])
 
 
+def decays(a: Array) -> bool:
+    """Whether all x of ẋ = A x die out: no λ has Re λ ≥ 0, nor has any of a matrix that is A but for rounding.
+
+    A − iω is then regular at every ω; it is looked at beside each λ, x measured such that rows and columns of A are alike.
+    """
+    if not a.size:
+        return True
+    from scipy.linalg import matrix_balance  # takes its time to import
+
+    alike = np.asarray(matrix_balance(a)[0])
+    roots = np.linalg.eigvals(alike)
+    beside = alike - 1j * roots.imag[:, None, None] * np.eye(len(a))
+    least = np.linalg.svd(beside, compute_uv=False)[:, -1]
+    return bool(np.all((roots.real < 0) & (least > ROUNDED * np.linalg.norm(alike))))
+
+
 # Lengths in the metric of M ------------------------------------------------------------------------------------------
 
 
