@@ -429,18 +429,17 @@ class Watched:
         """What was seen at the end of the step is what there is at the beginning of the next one."""
         w, c = self.writer, self.crossings
         if self.sided:
-            with (
-                w.few(c.get("found")) as k,
-                w.when((c.met[k * 2] >= 1.0) & (c.met[k * 2 + 1] < w.compute("float", self.own))),
-            ):
-                self.turns[self.mark(1, w.compute("int", c.met[k * 2 + 1]))] = 2.0
+            with w.few(c.get("found")) as k:
+                which = w.compute("int", c.met[k * 2 + 1])
+                with w.when((c.met[k * 2] >= 1.0) & (which < self.own)):
+                    self.turns[self.mark(1, which)] = 2.0
         with w.count(self.count) as e:
             self.largest[e] = self.size(e)
             last = self.values[e * PARTS + (ROOM + PARTS - 1)]
-            inside = w.compute("abs", last - self.threshold(e)) < self.crossings.leaf(e, 3)
+            inside = w.compute("abs", last - self.threshold(e)) < c.leaf(e, 3)
             with w.when(~inside):
-                for k in range(LEAVES):
-                    self.crossings.leaves[e * LEAVES + k] = 0.0
+                for j in range(LEAVES):
+                    c.leaves[e * LEAVES + j] = 0.0
             if self.sided:
                 with w.when(e < self.own):
                     self.keep_early(e, last - self.threshold(e))
@@ -693,7 +692,10 @@ class Watched:
             c.put("found", at + 1)
         with w.when(mine & (there | leapt)):
             self.instant[row + 1] = side.get()
-            for k, value in ((0, 1.0), (2, 1.0), (4, LATER)):
+            # the time of an event is known so exactly that the quantity may be beyond by as much
+            near = there & (side.get() * b < 0.0) & (w.compute("abs", b) <= 2.0 * w.compute("abs", a))
+            band = w.select(near, 2.0 * w.compute("abs", b), 0.0)
+            for k, value in ((0, 1.0), (2, 1.0), (3, band), (4, LATER)):
                 self.instant[row + k] = value
         goes_on = (c.kind(e) < float(EventKind.ENDS)) & ~(w.compute("abs", new) > 0.0)
         unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(EventKind.ACTS)) | goes_on)) | beside
