@@ -80,6 +80,18 @@ class TestWithinAStep:
             expected = np.sort(np.concatenate([turns + first, turns + 2 * np.pi - first]))
             np.testing.assert_allclose(found, expected[expected < 30], atol=2e-3)
 
+    @pytest.mark.parametrize("method", ["gauss16", "dop853", "radau9", "RK45"])
+    def test_what_is_met_at_the_end_is_met_once_and_not_later(self, method):
+        level = kn.parameter("level", 1.0)
+        eom = line(
+            None, [kn.Event("there", x - level, terminal=False), kn.Event("up", x - level, direction=1, terminal=False)]
+        )
+        for k in range(1, 31):
+            end = 0.1 * k / 3
+            sol = kn.simulate(eom, (0, end), q=[0], u=[1], parameters={level: end}, method=method, samples=2)
+            assert len({e.name for e, _ in sol.events}) == len(sol.events)
+            assert all(t <= end for _, t in sol.events)
+
 
 class TestSteps:
     def test_a_thin_barrier_is_seen_by_short_steps(self):

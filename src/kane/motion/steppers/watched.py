@@ -415,6 +415,7 @@ class Watched:
             with w.when(which < self.own):
                 at = w.compute("int", o.get(Slot.LOGGED)) * 2
                 share, t = c.met[k * 2], self.begin.get() + c.met[k * 2] * self.length.get()
+                t = w.compute("min", t, o.get(Slot.END))
                 if ended is not None:
                     t = w.select((share >= ended[0]) & (share <= ended[0]), ended[1], t)
                 self.log[at] = t
@@ -466,7 +467,7 @@ class Watched:
         width = o.n * 2 + 2
         row = w.compute("int", o.get(Slot.JUMPS)) * width
         before, after = row + 2, row + o.n + 2
-        t = self.begin.get() + share * self.length.get()
+        t = w.compute("min", self.begin.get() + share * self.length.get(), o.get(Slot.END))
         self.dense(share, self.jumps, before)
         if self.held is not None:
             self.held.project(t, self.jumps, before)
