@@ -97,6 +97,23 @@ def test_bounces_without_end_are_named(method, floor):
     assert sol.t[-1] == pytest.approx(1.3, abs=0.1)
 
 
+@pytest.mark.parametrize("method", ["dop853", "gauss16", "DOP853", "RK45"])
+@pytest.mark.parametrize("start", [1e4, 1e8])
+def test_a_ball_bounces_at_any_time(method, start):
+    """Numbers there are so far apart that the ball is below the floor, by 1e-8 m, when the event is met, as a fast step leaves it."""
+
+    def rebound(u, **_):
+        return {v: -0.8 * u[v]}
+
+    for event in (BOUNCE, kn.Event("bounce", y, direction=-1, then=rebound)):
+        eom = ball(event)
+        for h in (0.7, 0.8, 0.9):
+            times = bounces(h, 0.8, 12)[0]
+            sol = kn.simulate(eom, (start, start + 3), q=[h], u=[0], method=method, samples=2)
+            found = [t - start for _, t in sol.events]
+            np.testing.assert_allclose(found, times[times < 3], rtol=0, atol=1e-6)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("height", [0.5, 1, 1.1, 1.2, 1.3, 2, 3])
 def test_a_ball_that_does_not_rebound_rests(height):

@@ -49,6 +49,22 @@ class TestWithinAStep:
             at = [t for e, t in sol.events if e.name == "near"]
             np.testing.assert_allclose(at, (np.arange(3) + 0.5) * np.pi / 3, rtol=0, atol=1e-4)
 
+    @pytest.mark.parametrize("method", ["dop853", "tsit5", "gauss16"])
+    def test_what_passes_where_a_force_switches_is_met_once(self, method):
+        """v = 0 ends a slip, and turns its force: −x − 0.1 sign(v) swings until |x| < 0.1, −0.1 sign(v) brakes for 10 v s.
+
+        From 1.101 m the last swing ends with 1e-3 m/s², so that the time is known less exactly than shares of the last steps.
+        """
+        swing = line(-x - 0.1 * kn.sign(v), [kn.Event("turns", v, terminal=False)])
+        brake = line(-0.1 * kn.sign(v), [kn.Event("stands", v)])
+        for k in range(16):
+            sol = kn.simulate(swing, (0, 30), q=[0.501 + 0.04 * k], u=[0], method=method, samples=2)
+            times = [t for _, t in sol.events]
+            np.testing.assert_allclose(times, np.pi * np.arange(1, 4 + k // 5), rtol=0, atol=1e-5)
+            sol = kn.simulate(brake, (0, 30), q=[0], u=[0.501 + k / 16], method=method, samples=2)
+            assert (sol.status, len(sol.events)) == ("event", 1)
+            assert sol.t[-1] == pytest.approx(5.01 + k / 1.6, abs=1e-7)
+
     @pytest.mark.slow
     @pytest.mark.parametrize("seed", range(4))
     def test_random_levels_of_a_swing_are_met_as_often_as_they_are(self, seed):
@@ -63,6 +79,18 @@ class TestWithinAStep:
             turns = np.arange(6) * 2 * np.pi
             expected = np.sort(np.concatenate([turns + first, turns + 2 * np.pi - first]))
             np.testing.assert_allclose(found, expected[expected < 30], atol=2e-3)
+
+    @pytest.mark.parametrize("method", ["gauss16", "dop853", "radau9", "RK45"])
+    def test_what_is_met_at_the_end_is_met_once_and_not_later(self, method):
+        level = kn.parameter("level", 1.0)
+        eom = line(
+            None, [kn.Event("there", x - level, terminal=False), kn.Event("up", x - level, direction=1, terminal=False)]
+        )
+        for k in range(1, 31):
+            end = 0.1 * k / 3
+            sol = kn.simulate(eom, (0, end), q=[0], u=[1], parameters={level: end}, method=method, samples=2)
+            assert len({e.name for e, _ in sol.events}) == len(sol.events)
+            assert all(t <= end for _, t in sol.events)
 
 
 class TestSteps:

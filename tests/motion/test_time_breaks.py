@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Loads whose switches and tables turn at times that parameters set: a road of given heights under a wheel at speed V."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -108,6 +109,21 @@ def test_an_event_at_a_breakpoint_is_met_beside_loads_that_switch(method, then):
     before, more, rest = 1.5, 0.0 if then is None else 1.0, 1.5  # −1 N, then 1 N
     assert sol.u[-1, 0] == pytest.approx(before + more + rest)
     assert sol.q[-1, 0] == pytest.approx(2 * 0.5 - 0.5**2 / 2 + (before + more) * rest + rest**2 / 2)
+
+
+@pytest.mark.parametrize("method", ["dop853", "gauss16", "tsit5", "radau9", "RK45"])
+def test_a_motion_begins_anywhere_beside_a_breakpoint(method):
+    """A force of 1 N sets in at t = 1.7: from a few numbers before that on there is no room for a step up to it."""
+    F = kn.input("F")
+    system = kn.System(N, bodies=[kn.Particle("m", P, 1)], speeds={v: x.dt}, loads=[kn.Force(P, (F - x) * N.x)])
+    eom, law = kn.derive(system), kn.where(kn.less(kn.time, 1.7), 0, 1)
+    for k in range(-12, 13):
+        start = 1.7 + k * math.ulp(1.7)
+        sol = kn.simulate(eom, (start, start + 1), q=[0], u=[0], inputs={F: law}, method=method, samples=2)
+        again = kn.prepare(eom, (start, start + 1), inputs={F: law}, samples=2)(q=[0], u=[0])
+        for one in (sol, again):
+            assert (one.status, one.t[0]) == ("finished", start)
+            np.testing.assert_allclose(one.states[-1, :2], [1 - np.cos(1), np.sin(1)], rtol=0, atol=1e-7)
 
 
 def check(kind, method, rng):

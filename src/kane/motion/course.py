@@ -395,7 +395,10 @@ class Course:
     def end_of_span(self, *seen: Array) -> End:
         """The end of the span, where rounding alone may lead across thresholds: from quantities that were looked at to those there."""
         events, t = self.stepper.eom.events, self.span[1]
-        met = [(event, t) for event in leapt_over(events, *(values[: len(events)] for values in seen))] if seen else []
+        near = SAME_TIME * (t - self.span[0]) + 4 * float(np.spacing(abs(t)))
+        known = {event.name for event, at in self.events if at >= t - near}
+        leapt = leapt_over(events, *(values[: len(events)] for values in seen)) if seen else []
+        met = [(event, t) for event in leapt if event.name not in known]
         self.events += met
         return ended_by(up_to_a_break(met, 0.0)[1], met) or End("finished", f"reached t = {t:g}")
 

@@ -18,7 +18,7 @@ from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.course import Course, Method, Solver
-from kane.motion.hybrid.actions import Instant, after_actions
+from kane.motion.hybrid.actions import Instant, after_actions, beyond
 from kane.motion.hybrid.automaton import End, acting, at_start, check_forces, ended_by, phase_after, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
 from kane.motion.inputs.expressions import Formula, HeldInput, controllers
@@ -100,7 +100,8 @@ def run(
             return _stopped(pieces, _without_end(by, before.t, pieces))
         since, t, phase = before.t - t, before.t, after.phase
         q, u, a = after.parts
-        begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True, since=since)
+        past = beyond(before, after, end.at_once)
+        begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True, since=since, beyond=past)
         final = end.event or next((e for e in met if e.terminal), None)
         pieces[-1] = replace(piece, events=(*piece.events, *((e, t) for e in met)))
         if final is not None or t >= span[1]:
@@ -190,7 +191,7 @@ def _phase(
         free=solver.name == AUTO,
     )
     check_forces(stepper.now, span[0], start, begin.fresh)
-    met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol, begin.rounded)
+    met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol, begin.rounded, begin.beyond)
     course = Course(stepper, solver, span, start, times, solver_by, fresh, begin.since)
     course.pace.begun = begun
     course.events += met

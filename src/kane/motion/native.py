@@ -17,7 +17,7 @@ from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import HELD, RECENT, Came, Counts, Course, Method, StepFound, StepVerdict
 from kane.motion.hybrid.automaton import ended_by_last, leaving, on_their_sides
 from kane.motion.hybrid.events import StepSeen
-from kane.motion.inputs.breakpoints import next_end, on_from
+from kane.motion.inputs.breakpoints import next_end, on_from, stretch
 from kane.motion.inputs.expressions import SampleAndHold, controllers
 from kane.motion.methods import implicit, kernel_of
 from kane.motion.projection import Numbers
@@ -91,7 +91,7 @@ class Stiffness:
 def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers: Sequence[SampleAndHold]) -> Array:
     """Of each breakpoint within a span (k) the time just after it, where steps from there end, whether a controller is asked (3 k)."""
     found, instants = list[float](), {t for one in controllers for t in one.instants(span[1])}
-    end = next_end(breakpoints, span[0], span[1])
+    _, end = stretch(breakpoints, *span)
     while end < span[1]:
         begin = on_from(end)
         asks = not instants.isdisjoint(breakpoints[bisect_left(breakpoints, end) : bisect_right(breakpoints, begin)])
@@ -174,7 +174,7 @@ class KernelSolver:
 
     def _begin(self, t: float) -> None:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
-        end = next_end(self.course.method.breakpoints, t, self.span[1])
+        t, end = stretch(self.course.method.breakpoints, t, self.span[1])
         self._control(t)
         self.s[: Slot.FRESH + 1] = first_slots(self.course.method, self.span, t, end)
         self.s[Slot.BREAKPOINT] = np.searchsorted(self.given["pauses"][:-1:3], t, side="right")

@@ -38,7 +38,7 @@ from kane.motion.hybrid.automaton import (
     phase_after,
     stands_beside,
 )
-from kane.motion.inputs.breakpoints import next_end
+from kane.motion.inputs.breakpoints import stretch
 from kane.motion.inputs.functions import asked, constant
 from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
 from kane.motion.integrators import spelled
@@ -208,7 +208,7 @@ class Runner:
         self.s, self.y, self.states = np.zeros(SIZE), np.zeros(n), np.zeros((len(self.t), n))
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
-        self.slots[: Slot.FRESH + 1] = first_slots(method, span, span[0], next_end(method.breakpoints, *span))
+        self.slots[: Slot.FRESH + 1] = first_slots(method, span, *stretch(method.breakpoints, *span))
         self.slots[Slot.SPAN], self.slots[Slot.PHASE] = span[1] - span[0], span[0]
         self.times = np.append(later, np.inf)
         self.few = some_of(len(self.t))

@@ -233,6 +233,13 @@ def after_actions(
     return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
 
 
+def beyond(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float]:
+    """How far beyond their thresholds quantities are that actions leave as they are: so exactly is the time of an event known."""
+    quantities, levels = [e.quantity for e in events], [e.threshold for e in events]
+    old, new = (np.abs(np.array(x.values(quantities)) - levels).tolist() for x in (before, after))
+    return {e.name: b for e, a, b in zip(events, old, new, strict=True) if b <= 2 * a}
+
+
 def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:
     """To which side of their thresholds quantities leave: back (±1) where an action turned them, on (0) where they pass.
 

@@ -11,6 +11,7 @@ of Python, set inputs, moments of inertia, or what turns at times or inputs depe
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -322,14 +323,21 @@ _ORDERS = 4
 
 
 def at_start(
-    now: Routines, t: float, state: Array, known: Mapping[str, float], rtol: float = 0.0, rounded: float = 0.0
+    now: Routines,
+    t: float,
+    state: Array,
+    known: Mapping[str, float],
+    rtol: float = 0.0,
+    rounded: float = 0.0,
+    beyond: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[list[Met], Fresh]:
     """The system's events that are met at the start of a motion, and how those at their thresholds leave them.
 
     A quantity that leaves in the direction of its event meets it. Leaving is no crossing of an event in both directions. Those in
-    `known`, by name, were met before; their sides are given, but for 0, and they leave within the share `rounded` of their terms, as a
-    contact does that opens: an action sets values of its own. A state that a motion led to is known to `rtol`: a quantity
-    that constraints held at its threshold till then has rates that are as small, and leaves by those that are not.
+    `known`, by name, were met before; their sides are given, but for 0. They leave within the share `rounded` of their terms, as a
+    contact does that opens, or as far as they are `beyond` their thresholds: an action sets values of its own. A state that a motion
+    led to is known to `rtol`: a quantity that constraints held at its threshold till then has rates that are as small, and leaves by
+    those that are not.
     """
     share = max(ROUNDED_TERMS, rtol)
     met: list[Met] = []
@@ -342,6 +350,8 @@ def at_start(
             side = known[event.name]
             order = 1 if side else departure(event, now, t, state, share)[1]
             band = _rounding(event, now, t, state, rounded) if rounded else 0.0
+            if side * (value - event.threshold) < 0:
+                band = max(band, 2 * beyond.get(event.name, 0.0))
             fresh[event.name] = Leaves(side, order, band)
         elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
             side, order = departure(event, now, t, state, share)

@@ -138,7 +138,7 @@ def crossings(
     # where kinematics end the state just before is meant: there the energy may be infinite
     early = [SAME_TIME * isinstance(e, KinematicsEnd) for e in events]
     met = [(int(k), share) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
-    return [(events[k], start + max(share - early[k], 0.0) * h) for k, share in met]
+    return [(events[k], min(start + max(share - early[k], 0.0) * h, float(times[-1]))) for k, share in met]
 
 
 def _returns(leaves: Leaves | None, beyond: Array) -> bool:

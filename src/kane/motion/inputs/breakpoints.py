@@ -117,6 +117,15 @@ def next_end(breakpoints: Sequence[float], t: float, end: float) -> float:
     return up_to(breakpoints[k]) if k < len(breakpoints) and breakpoints[k] < end else end
 
 
+def stretch(breakpoints: Sequence[float], t: float, end: float) -> Span:
+    """Where steps from t on begin and end, as `next_end`: beyond a breakpoint before which there is no room for one."""
+    until = next_end(breakpoints, t, end)
+    while until <= on_from(t) and on_from(until) < end:
+        t = on_from(until)
+        until = next_end(breakpoints, t, end)
+    return t, max(t, until)
+
+
 class Discontinuity(NamedTuple):
     """What jumps or bends where a `quantity` comes to a level, an end of the pieces of `data`: not at more than `most` of them.
 

@@ -37,9 +37,9 @@ class Begin:
     """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far.
 
     `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave; within the share
-    `rounded` of their terms these may have any sign. `goes_on` says that it is the end of a motion, `whole` that it is one of the same
-    equations at the same values, and so on the constraints; `rtol` is the relative tolerance of the motion that led there, `since` how
-    long before an action was taken, 0 where none was.
+    `rounded` of their terms, or as far `beyond` as they are, these may have any sign. `goes_on` says that it is the end of a motion,
+    `whole` that it is one of the same equations at the same values, and so on the constraints; `rtol` is the relative tolerance of the
+    motion that led there, `since` how long before an action was taken, 0 where none was.
     """
 
     q: Any
@@ -53,6 +53,7 @@ class Begin:
     rtol: float = 0.0
     since: float = 0.0
     rounded: float = 0.0
+    beyond: Mapping[str, float] = field(default_factory=dict)
 
 
 def merged_options(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from kane.dynamics.poles import KinematicsEnd
 from kane.motion.broken import NESTED, broken_off, chattering
 from kane.motion.course import Counts, Course, StepFound, StepVerdict, Verdict
 from kane.motion.hybrid.events import PARTS, StepSeen, leapt, still_there, thresholds
-from kane.motion.inputs.breakpoints import next_end, on_from
+from kane.motion.inputs.breakpoints import on_from, stretch
 from kane.motion.inputs.expressions import controllers
 from kane.motion.projection import Numbers
 from kane.motion.right_hand_side import pattern
@@ -159,7 +159,7 @@ class SolverInPython:
         from scipy import integrate
 
         method, name = self.course.method, self.name
-        end = next_end(method.breakpoints, t, self.course.span[1])
+        t, end = stretch(method.breakpoints, t, self.course.span[1])
         first_step = first_step and min(first_step, end - t, method.max_step)
         more: dict[str, Any] = {"jac": self.stepper.slopes} if name in _IMPLICIT else {}
         if name == CVODE:

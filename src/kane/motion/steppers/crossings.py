@@ -296,12 +296,23 @@ class Crossings:
             with w.when(~(self.points[0][1].get() <= self.get("usual"))):
                 self.refuse_pole(e)
             with w.when(self.get("root") >= 0.0):
-                with w.when(self.get("found") >= MET):
-                    self.put("full", 1)
-                    self.put("found", 0)
-                self.met[self.get("found") * 2] = self.get("root")
-                self.met[self.get("found") * 2 + 1] = w.compute("float", e)
-                self.put("found", self.get("found") + 1)
+                self.meet(self.get("root"), e)
+
+    def meet(self, share: Term, e: Term) -> None:
+        """A quantity passes at a share of the step."""
+        with self.writer.when(self.get("found") >= MET):
+            self.put("full", 1)
+            self.put("found", 0)
+        self.met[self.get("found") * 2] = share
+        self.met[self.get("found") * 2 + 1] = self.writer.compute("float", e)
+        self.put("found", self.get("found") + 1)
+
+    def drop(self, at: Term) -> None:
+        """The passage at a place is none."""
+        self.put("found", self.get("found") + (-1))
+        with self.writer.few(self.get("found"), at) as k:
+            for j in range(2):
+                self.met[k * 2 + j] = self.met[k * 2 + (2 + j)]
 
     def gap(self, e: Term, share: Term) -> Term:
         """The quantity over its threshold at a share of the step."""

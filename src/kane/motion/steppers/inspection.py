@@ -43,7 +43,7 @@ class StepInspection:
         if self.watched is not None:
             with w.when(~(o.asks.get() > 0)):
                 along(self.watched)
-                self.watched.decide(begin, h)
+                self.watched.decide(begin, h, last)
 
     def follow(self, go_on: Callable[[], None]) -> None:
         """The step is gone on from, ended at an event, or left to Python."""

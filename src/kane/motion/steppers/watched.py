@@ -67,6 +67,7 @@ class Watched:
         )
         self.actions, self.log, self.jumps, self.instant = map(w.array, ("actions", "log", "jumps", "instant"))
         self.doubtful, self.rests = w.variable("doubtful", INT), w.variable("asked_before", INT)
+        self.before = w.variable("found_before", INT)
         self.crossings = Crossings(w, self.count, self.ask)
         self.sided = sided
         if sided:
@@ -173,12 +174,15 @@ class Watched:
         o.drive(t, self.probe.at(0), single=True)
         call(t, self.probe.at(0), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
 
-    def decide(self, t: Term, h: Term) -> None:
+    def decide(self, t: Term, h: Term, last: Term) -> None:
         """Of a step of length h from t that was looked at the passages; `asks` why it is not gone on from, if it is not."""
         w, o, c = self.writer, self.context, self.crossings
         c.clear()
         if self.sided:
             self.verdict.put(0)
+            with w.when(last & (o.get(Slot.TURNING) > 0.0)), w.few(self.own) as e, w.when(self.expected(e)):
+                self.doubts[e] = 1.0
+                self.doubtful.put(1)
         with w.when((self.doubtful.get() > 0) & (o.get(Slot.LOOKED) < 2.0)):
             self.begin.put(t + o.get(Slot.TIME_LAG))
             self.length.put(h)
@@ -191,9 +195,12 @@ class Watched:
                         with w.when(self.turning(e) & (c.leaf(e, 0) > 0.0)):
                             self.leave_zero(e, h)
                     self.rests.put(c.get("asked"))
+                    self.before.put(c.get("found"))
                     c.put("asked", 0)
                     c.search(e, (self.seen[e], self.at_nodes(e)), self.threshold(e), self.steps_since(t, h))
                     if self.sided:
+                        with w.when(e < self.own):
+                            self.meet_expected(e, last)
                         with w.when(self.turning(e) & (c.get("asked") > 0)):
                             self.decided(int(ReturnCode.RESTS), e)
                             c.put("asked", 0)
@@ -221,8 +228,31 @@ class Watched:
         return self.sides_at + e - self.own
 
     def mark(self, row: int, e: Term) -> Term:
-        """A place in `turns`: 0 whether a switch turns, 1 whether it came back, 2 what its quantity was."""
+        """A place in `turns`: 0 whether a switch turns, 1 whether it came back, 2 what its quantity was.
+
+        Of an event 0 whether it is met where a switch turns, 1 whether it was met before it passes, 2 how far from its threshold.
+        """
         return self.count * row + e
+
+    def expected(self, e: Term) -> Term:
+        """Whether an event was seen where switches turn, up to which the step was taken again."""
+        return self.turns[self.mark(0, e)] > 0.0
+
+    def meet_expected(self, e: Term, last: Term) -> None:
+        """One that the end of the step leaves before its threshold is met there; where it passes then it was met before."""
+        w, c, passed = self.writer, self.crossings, self.crossings.get("found") > self.before.get()
+        early, none = self.turns[self.mark(1, e)] > 0.0, ~passed & ~(c.get("asked") > 0)
+        with w.when(early & passed):
+            c.drop(self.before.get())
+        with w.when(~early & none & last & (self.context.get(Slot.TURNING) > 0.0) & self.expected(e)):
+            c.meet(w.constant(1.0), e)
+
+    def keep_early(self, e: Term, gap: Term) -> None:
+        """An event that was met before it passes, by what is left to its threshold after a step, still has to pass if that is less."""
+        early, left, size = self.turns[self.mark(1, e)], self.mark(2, e), self.writer.compute("abs", gap)
+        before = (gap * (self.seen[e] - self.threshold(e)) > 0.0) & ((early > 1.5) | (size <= self.turns[left]))
+        self.turns[self.mark(1, e)] = self.writer.select((early > 0.0) & before, 1.0, 0.0)
+        self.turns[left] = size
 
     def decided(self, verdict: int, e: Term) -> None:
         """A verdict on the step, for a switch, unless there is one that weighs more."""
@@ -260,7 +290,7 @@ class Watched:
         with w.few(c.get("found")) as k:
             turns = self.turning(w.compute("int", c.met[k * 2 + 1])) & (c.met[k * 2] < self.first_turn.get())
             self.first_turn.put(w.select(turns, c.met[k * 2], self.first_turn.get()))
-        with w.when(self.first_turn.get() < 1.0 - NEAR_TIME):
+        with w.when(self.first_turn.get() < 1.0 - self.near_time(h)):
             self.decided(_AIMED, w.integer(0))
         with w.when((self.verdict.get() > 0) & (self.verdict.get() <= _BACK)):
             self.take_again(h)
@@ -269,6 +299,10 @@ class Watched:
                 o.asks.put(ReturnCode.RESTS)
             with w.otherwise():
                 o.asks.put(ReturnCode.STANDS)
+
+    def near_time(self, h: Term) -> Term:
+        """The share of a step of length h within which switches turn at one time: rounding of the time leaves it, or more."""
+        return NEAR_TIME + 4 * EPS * self.writer.compute("abs", self.begin.get()) / h
 
     def take_again(self, h: Term) -> None:
         """The step is shortened, or begins on other sides, or is to end where switches turn."""
@@ -288,8 +322,9 @@ class Watched:
             o.put(Slot.LOOKED, 0.0)
         with w.when(aimed):
             with w.few(c.get("found")) as k:
+                at, near = c.met[k * 2] - self.first_turn.get(), self.near_time(h)
                 which = w.compute("int", c.met[k * 2 + 1])
-                with w.when(self.turning(which) & (c.met[k * 2] <= self.first_turn.get() + NEAR_TIME)):
+                with w.when((self.turning(which) | (at >= -near)) & (at <= near)):
                     self.turns[self.mark(0, which)] = 1.0
             with w.when(self.first_turn.get() * h <= o.shortest()):
                 self.no_end()
@@ -351,6 +386,10 @@ class Watched:
             self.turns[self.mark(0, e)] = 0.0
             with w.when(~turned):
                 self.turns[self.mark(1, e)] = 0.0
+        with w.few(self.own) as e, w.when(~known):
+            self.turns[self.mark(0, e)] = 0.0
+            with w.when(~turned):
+                self.turns[self.mark(1, e)] = 0.0
         o.put(Slot.SIDED, 1.0)
 
     def p_side(self, e: Term, side: Term) -> None:
@@ -376,6 +415,7 @@ class Watched:
             with w.when(which < self.own):
                 at = w.compute("int", o.get(Slot.LOGGED)) * 2
                 share, t = c.met[k * 2], self.begin.get() + c.met[k * 2] * self.length.get()
+                t = w.compute("min", t, o.get(Slot.END))
                 if ended is not None:
                     t = w.select((share >= ended[0]) & (share <= ended[0]), ended[1], t)
                 self.log[at] = t
@@ -388,17 +428,25 @@ class Watched:
 
     def keep(self) -> None:
         """What was seen at the end of the step is what there is at the beginning of the next one."""
-        w = self.writer
+        w, c = self.writer, self.crossings
+        if self.sided:
+            with w.few(c.get("found")) as k:
+                which = w.compute("int", c.met[k * 2 + 1])
+                with w.when((c.met[k * 2] >= 1.0) & (which < self.own)):
+                    self.turns[self.mark(1, which)] = 2.0
         with w.count(self.count) as e:
             self.largest[e] = self.size(e)
             last = self.values[e * PARTS + (ROOM + PARTS - 1)]
-            inside = w.compute("abs", last - self.threshold(e)) < self.crossings.leaf(e, 3)
+            inside = w.compute("abs", last - self.threshold(e)) < c.leaf(e, 3)
             with w.when(~inside):
-                for k in range(LEAVES):
-                    self.crossings.leaves[e * LEAVES + k] = 0.0
-            self.seen[e] = last
+                for j in range(LEAVES):
+                    c.leaves[e * LEAVES + j] = 0.0
             if self.sided:
-                self.turns[self.mark(1, e)] = 0.0
+                with w.when(e < self.own):
+                    self.keep_early(e, last - self.threshold(e))
+                with w.otherwise():
+                    self.turns[self.mark(1, e)] = 0.0
+            self.seen[e] = last
         self.note()
 
     def turned(self) -> None:
@@ -665,7 +713,10 @@ class Watched:
             c.put("found", at + 1)
         with w.when(mine & (there | leapt)):
             self.instant[row + 1] = side.get()
-            for k, value in ((0, 1.0), (2, 1.0), (4, LATER)):
+            # the time of an event is known so exactly that the quantity may be beyond by as much
+            near = there & (side.get() * b < 0.0) & (w.compute("abs", b) <= 2.0 * w.compute("abs", a))
+            band = w.select(near, 2.0 * w.compute("abs", b), 0.0)
+            for k, value in ((0, 1.0), (2, 1.0), (3, band), (4, LATER)):
                 self.instant[row + k] = value
         goes_on = (c.kind(e) < float(EventKind.ENDS)) & ~(w.compute("abs", new) > 0.0)
         unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(EventKind.ACTS)) | goes_on)) | beside
