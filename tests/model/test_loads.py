@@ -133,6 +133,16 @@ def test_names():
     assert kn.gravity(-9.81 * N.z).name == "gravity"
 
 
+def test_gravity_along_a_frame_that_nothing_else_needs():
+    """The parameters of its orientation are those of the system: a fall down a slope takes g times its sine along it."""
+    slope, g_0 = kn.parameter("slope", 0.3, "rad"), kn.parameter("g_0", 9.81, "m/s^2")
+    G = kn.Point("G", fixed_in=N).at("G_1", kn.coordinate("s", "m") * N.x)
+    load = kn.gravity(-g_0 * N.rotate("I", -slope, N.z).y)
+    system = kn.System(N, bodies=[kn.Particle("p", G, 2.0)], speeds="rates", loads=[load])
+    sol = kn.simulate(kn.derive(system), (0, 1), q=[0], u=[0], parameters={"slope": 0.2})
+    assert sol.u[-1, 0] == pytest.approx(-9.81 * np.sin(0.2), abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -65,7 +65,7 @@ from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
 from kane.model.system_checks import check_states, listed, state_rates, warn_of_doubts
 from kane.model.unit_checks import check_units
-from kane.space.frame import Frame, Point
+from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector, axes
 from kane.units.rules import parse
 
@@ -125,21 +125,21 @@ class System(Declarations):
         told, first = _with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
         own = with_forces((x for x in (*loads, *brought_loads(bodies)) if isinstance(x, Load)), inertial, bodies, told)
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
+        along = placed(frame for g in gravities for frame in frames_of(g.acceleration))
         reactions = listed("reactions", reactions, Reaction, "kn.reaction")
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = as_constraints(holonomic, "configuration") + as_constraints(nonholonomic, "motion")
         contacts = listed("contacts", contacts, ContactLaw, "kn.contact(place, mu), kn.joints.stop, …", named=True)
-        rows = [*constraints, *(contact_rows(contacts) if contacts else ())]
+        rows, laws = [*constraints, *contact_rows(contacts)], laws_of(contacts)
         system_checks.check_constraints(constraints, reactions)
-        frames, points = frames_and_points(inertial, bodies, own, (*reactions, *auxiliary), tuple(rows))
+        frames, points = frames_and_points(inertial, bodies, (*own, along), (*reactions, *auxiliary), tuple(rows))
         euler, shape = euler_sets(frames), list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
         definitions |= vanishing
         matter, further = list(contents(bodies, own, gravities)), state_rates(states)
-        laws = [*(c.expr for c in rows), *(laws_of(contacts) if contacts else ())]
-        watched = [*matter, *expressions(events), *laws, *further, *further.values()]
+        watched = [*matter, *expressions(events), *(c.expr for c in rows), *laws, *further, *further.values()]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
         system_checks.check_geometry(free_symbols(shape))
         system_checks.check_no_accelerations(free_symbols(matter))
@@ -259,8 +259,7 @@ def _restored(frames: object, points: object, inertial: Frame, arguments: Mappin
 
 def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
     """Gravity as forces on the mass centres; without a potential where it is not constant in the inertial frame."""
-    forces, potential = [], ZERO
-    steady = is_constant_in_time(gravity.acceleration.scalars())
+    forces, potential, steady = [], ZERO, is_constant_in_time(gravity.acceleration.scalars())
     for part in parts_of(bodies):
         forces.append((part.mass_center, gravity.acceleration * part.mass))
         root = part.mass_center.root()
