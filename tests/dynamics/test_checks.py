@@ -29,6 +29,21 @@ class TestMass:
         with pytest.raises(kn.ModelError, match="combination of u_a, u_b that moves none"):
             derive(kn.Particle("p", O.at("P", a * N.x).at("Q", b * N.x), 2))
 
+    @pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-6, 1e6, 1e12])
+    def test_models_of_any_size_move_mass(self, size):
+        """A block on a rod that turns in space: 1 m from its pivot one of 1 nm has next to no inertia about the rod."""
+        turns = [kn.coordinate(name, "rad") for name in "abc"]
+        d = kn.coordinate("d", "m")
+        B = N.rotate_body("B", turns, "zxz")
+
+        def motion(size):
+            edges, place = (3 * size, 2 * size, size), O.at("G", d * (0.6 * B.x + 0.8 * B.z))
+            block = kn.RigidBody("block", frame=B, mass_center=place, mass=2, inertia=kn.solids.box(B, 2, *edges))
+            q, u = {"a": 0.3, "b": 0.4, "c": 0.5, "d": 0.7 * size}, {"u_a": 1.0, "u_b": 2.0, "u_c": 3.0, "u_d": size}
+            return derive(block).evaluate([x.dt for x in (*(q.dt for q in turns), d.dt / size)], q=q, u=u)
+
+        np.testing.assert_allclose(motion(size), motion(1.0), rtol=1e-9)
+
     def test_a_rod_has_no_inertia_about_its_axis(self):
         B = N.rotate_body("B", (a, b, c), "zxy")
         rod = kn.RigidBody("rod", frame=B, mass_center=O.at("G", 0), mass=2, inertia=kn.rod(B, 2, L, B.x))

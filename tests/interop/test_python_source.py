@@ -177,6 +177,17 @@ def test_names_that_python_does_not_take(tmp_path):
     assert [p.name for p in written.points] == [p.name for p in system.points]
 
 
+def test_a_spring_between_points_at_rest_has_a_number_for_potential(tmp_path):
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", kn.coordinate("x") * N.x)
+    still = kn.loads.linear_spring(O, O.at("Q", 3 * N.y), 2.0, 1.0)
+    system = kn.System(N, bodies=[kn.Particle("p", P, 1.5)], speeds="rates", loads=[still])
+    written = imported(tmp_path / "m.py", kn.exchange.to_python(system)).system()
+    assert_alike(system, written)
+    assert kn.derive(written).potential_energy is kn.derive(system).potential_energy
+
+
 def test_the_start(tmp_path):
     system = load("double_pendulum").system()
     start = {"q": {"q1": 1.0, "q2": 2.0}, "u": {}}

@@ -75,10 +75,15 @@ def check_reactions_independent(system: System, reactions: Sequence[Expr], matri
         )
 
 
-def _null_vector(matrix: Matrix, system: System) -> Array | None:
-    """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several, or at zero.
+_SPREADS = (0.0, *(10.0**k for k in (-3, -6, -9, -12, 3, 6, 9, 12)))
+"""Lengths (m) at which A is looked at where it is singular at those of about 1 m."""
 
-    Deflections of about 1 m would coil a beam of 1e-4 m, and a mass at its tip then outweighs all else.
+
+def _null_vector(matrix: Matrix, system: System) -> Array | None:
+    """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several.
+
+    Lengths that are drawn are about 1 m, which may be far from the sizes of the model: deflections would coil a beam of 1e-4 m, and a
+    mass at its tip then outweighs all else. So where A is singular, they are drawn anew, smaller and larger, and zero.
     """
     sets = [s.coordinates for s in system.euler_parameters]
 
@@ -90,8 +95,8 @@ def _null_vector(matrix: Matrix, system: System) -> Array | None:
         found = null_direction(numbers(seed), SOLVE_RANK) if matrix.rows else None
         if found is None:
             return None
-    at_zero = numbers(SEED, 0.0)
-    regular = np.all(np.isfinite(at_zero)) and null_direction(at_zero, SOLVE_RANK) is None
+    others = (numbers(SEED, spread) for spread in _SPREADS)
+    regular = any(np.all(np.isfinite(a)) and null_direction(a, SOLVE_RANK) is None for a in others)
     return None if regular else found
 
 

@@ -50,6 +50,10 @@ class Load(Immutable):
     slip: Slip | None = None
     scalar: Expr | None = None
 
+    def __post_init__(self) -> None:
+        if self.potential is not None:  # a spring between points at rest has a number
+            object.__setattr__(self, "potential", as_expr(self.potential))
+
     @staticmethod
     def from_potential(V: Any, name: str = "potential") -> "Load":
         """The load whose generalized forces are F_r = −Σ_s ∂V/∂q_s W_sr (Kane & Levinson 1985, sec. 5.1).

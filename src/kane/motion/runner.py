@@ -51,7 +51,7 @@ from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution, SolutionSegment, some_of
-from kane.motion.start import POSITIVE, check_masses, moving, surely_have_mass
+from kane.motion.start import POSITIVE, check_masses, dividing, moving, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
@@ -71,9 +71,9 @@ _REACHED = (ReturnCode.END, ReturnCode.LIMIT, ReturnCode.EVENT)
 
 
 def judged(eom: Equations) -> Bundle[Array]:
-    """K, E = K + V, and the least of the pivots that the equations divide by: of M over its diagonal, of W over their usual sizes."""
+    """K, E = K + V, and the least of the pivots divided by: of M over its diagonal, of W and along trees over their usual sizes."""
     rows = [] if eom.solved.route in POSITIVE else [list(row) for row in eom.mass_matrix]
-    own = moving(eom)
+    own = [*moving(eom), *dividing(eom)]
     shares = [
         div(NODE_BUILDERS["abs"](p), constant_node(abs(x) or 1.0)) for p, x in zip(own, sample(own, SEED), strict=True)
     ]

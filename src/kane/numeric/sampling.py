@@ -19,6 +19,7 @@ from kane.expr.evaluation import FLOAT
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, MUL, PI, SUB, SYMBOL
 from kane.expr.symbols import Parameter, Symbol, Symbols, declared
+from kane.units.rules import parse
 
 LOW, HIGH = 0.3, 1.2
 """Numbers are drawn from this range: no angle there is special, no length zero."""
@@ -79,14 +80,17 @@ def unit(values: dict[Any, Any], groups: Iterable[Sequence[Any]]) -> dict[Any, A
 def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = (), spread: float = 1.0) -> list[float]:
     """Values at one point: parameters at their defaults, other symbols drawn; `groups` of them are Euler parameters.
 
-    What is drawn of others than parameters is multiplied by `spread`. For questions about structure (is this zero everywhere?), asked
-    while deriving: one pass over the graph.
+    What is drawn of lengths, and of what has no unit, is multiplied by `spread`. For questions about structure (is this zero
+    everywhere?), asked while deriving: one pass over the graph.
     """
     wanted = list(roots)
     values: dict[Expr, float] = {}
     order = postorder(wanted)
     symbols = [node for node in order if node.op is SYMBOL]
-    values.update((s, value_of(s, seed) * (1.0 if isinstance(s, Parameter) else spread)) for s in symbols)
+    held = {e for group in groups for e in group}
+    values.update(
+        (s, value_of(s, seed) * (1.0 if spread == 1.0 or s in held or _sized(s) else spread)) for s in symbols
+    )
     values = {s: float(x) for s, x in unit(values, groups).items()}
     with np.errstate(all="ignore"):
         for node in order:
@@ -104,6 +108,11 @@ def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = 
             elif op is PI:
                 values[node] = math.pi
     return [values[e] for e in wanted]
+
+
+def _sized(symbol: Any) -> bool:
+    """Whether the size of a symbol is known: a parameter's, and that of an angle."""
+    return isinstance(symbol, Parameter) or bool(symbol.unit and not any(parse(symbol.unit).exponents))
 
 
 def default_of(e: Expr) -> float | None:

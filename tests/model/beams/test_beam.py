@@ -170,6 +170,33 @@ def test_a_stepped_beam_has_the_integrals_of_its_pieces(form: str) -> None:
     np.testing.assert_allclose(whole, 2 * (0.3 + 0.35), rtol=1e-12)
 
 
+@pytest.mark.parametrize("form", ["linearized", "nonlinear"])
+@pytest.mark.parametrize("scale", [1e-8, 1e-3, 1e3, 1e8])
+def test_functions_and_tapers_of_any_scale_are_one_beam(form: str, scale: float) -> None:
+    """A mode s times as large has a coordinate s times as small; a taper s times as large has a value s times as small."""
+
+    def motion(mode: float, taper: float) -> Any:
+        joint = kn.pin("hub", O, N, axis=N.z)
+        given = {"axis": joint.frame.x, "frame": joint.frame, "form": form, "damping": {"ratio": 0.02}}
+        shapes = kn.mode_shapes([lambda x: mode * x**2 * (3 - x) / 2, lambda x: x**2 * (x - 0.8)])
+        mass, stiff = (
+            kn.beams.tapered(3.0 / taper, lambda x: taper * (1 - 0.4 * x)),
+            kn.beams.tapered(50.0, lambda x: (1 - 0.5 * x) ** 3),
+        )
+        arm = beam(modes=shapes, mass_per_length=mass, EI=stiff, **given)
+        eom = kn.derive(kn.System(N, bodies=[arm], joints=[joint], loads=[kn.gravity(-9.8 * N.y)]))
+        q, u = (
+            {"q_hub": 0.3, "v1_arm": 0.05 / mode, "v2_arm": -0.03},
+            {"u_hub": 4.0, "u_v1_arm": 0.2 / mode, "u_v2_arm": 0.1},
+        )
+        found = eom.evaluate([*eom.accelerations, eom.kinetic_energy, eom.potential_energy, eom.power], q=q, u=u)
+        return np.array(found) * [1, mode, 1, 1, 1, 1]
+
+    usual = motion(1.0, 1.0)
+    np.testing.assert_allclose(motion(scale, 1.0), usual, rtol=1e-9)
+    np.testing.assert_allclose(motion(1.0, scale), usual, rtol=1e-8)
+
+
 def test_a_taper_with_steps_is_told() -> None:
     with pytest.warns(kn.KaneWarning, match="Say where: breaks="):
         kn.tapered(1.0, stepped)

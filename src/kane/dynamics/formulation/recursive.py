@@ -264,21 +264,20 @@ def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
 
 
 def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> bool:
-    """Whether no pivot is zero but for rounding, at one of several samples.
-
-    What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
-    """
+    """Whether no pivot is zero but for rounding, at one of several samples."""
     groups = [s.coordinates for s in sets]
-    at = unit({s: value_of(s, SEEDS[0]) for s in nodes(pivots) if isinstance(s, Symbol)}, groups)
+    symbols = [s for s in nodes(pivots) if isinstance(s, Symbol)]
+    at = unit({s: value_of(s, SEEDS[0]) for s in symbols}, groups)
     if all(abs(x) > error for x, error in bounded(pivots, at)):
         return True
+    return any(keep_digits(pivots, {s: value_of(s, seed) for s in symbols}, groups) for seed in SEEDS)
+
+
+def keep_digits(pivots: Sequence[Expr], values: Mapping[Expr, float], groups: Iterable[Sequence[Expr]] = ()) -> bool:
+    """Whether all pivots keep their first digits a little beside a place, as what rounding left of one that vanishes does not."""
     walk = Walk(pivots)
-    symbols = walk.symbols
-    others = draws(_TIMES, symbols)
-    for seed in SEEDS:
-        beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
-        with np.errstate(all="ignore"):
-            values = np.array([np.broadcast_to(x, _TIMES) for x in walk(unit(beside, groups))])
-        if bool(np.all(np.ptp(values, axis=1) < _KEPT * np.abs(values[:, 0]))):
-            return True
-    return False
+    others = draws(_TIMES, walk.symbols)
+    beside = {s: values[s] * (1 + _BESIDE * drawn) for s, drawn in zip(walk.symbols, others, strict=True)}
+    with np.errstate(all="ignore"):
+        found = np.array([np.broadcast_to(x, _TIMES) for x in walk(unit(beside, groups))])
+    return bool(np.all(np.ptp(found, axis=1) < _KEPT * np.abs(found[:, 0])))

@@ -29,7 +29,7 @@ from kane.expr.build import add, div, mul
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
-from kane.model.beams.shape_functions import GRID, ModeShapes, taken, together
+from kane.model.beams.shape_functions import GRID, ModeShapes, powers_near, taken, together
 from kane.model.joints.joint import mirrored
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import QuadratureRule, gauss
@@ -56,6 +56,11 @@ class Share(NamedTuple):
         came = f"the shape {values.shape} for {np.shape(x)}"
         expect.that(values.shape in (np.shape(x), ()), "the taper to give a number for each ξ", came=came, cure=cure)
         return np.broadcast_to(values, np.shape(x))
+
+    @property
+    def root(self) -> float:
+        """A power of 16 near the root of its size, 1 of ordinary ones."""
+        return float(powers_near(np.sqrt(self(GRID).mean())))
 
     @property
     def ends(self) -> tuple[float, ...]:
@@ -163,9 +168,10 @@ def fine(shapes: Sequence[ModeShapes], share: Share = UNIFORM) -> QuadratureRule
     return gauss(points, sorted(breaks.union(share.breaks)))
 
 
-def rounded(a: Array) -> Array:
-    """Numbers of order 1 with few bits, so that they cancel where they should."""
-    whole: Array = np.ldexp(np.round(np.ldexp(a, _BITS)), -_BITS)
+def rounded(a: Array, units: Array | float = 1.0) -> Array:
+    """A matrix that is of order 1 in units of its rows and columns, with few bits, so that numbers cancel where they should."""
+    scale = np.multiply.outer(units, units)
+    whole: Array = np.ldexp(np.round(np.ldexp(a / scale, _BITS)), -_BITS) * scale
     return whole
 
 
@@ -308,7 +314,7 @@ class Fields(NamedTuple):
         """−Σ qᵀ H q/(2 L) over the deflections."""
         total = ZERO
         for f, h in zip(self.sagging, matrices, strict=True):
-            total = add(total, quadratic(rounded(-h / 2), f.coordinates))
+            total = add(total, quadratic(rounded(-h / 2, f.shapes.units), f.coordinates))
         return div(total, self.length)
 
     def slope(self, f: Field, xi: float) -> Expr:

@@ -82,14 +82,17 @@ def particles(name: str, root: Point, whole: Fields, matter: Matter) -> list[Par
 def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]:
     """Points that share their momentum, of the linearized form."""
     places: list[tuple[str, Vector]] = [("axis", whole.axis * whole.length)]
-    places += [(q.name, f.along * q) for f in whole.shifting for q in f.coordinates]
+    for f in whole.shifting:
+        places += [
+            (q.name, f.along * mul(constant(float(c)), q)) for c, q in zip(f.shapes.units, f.coordinates, strict=True)
+        ]
     mu = _mu(whole, matter)
     if whole.stiffening and whole.bending:
-        moments = _shortening_moments(whole, matter)
+        moments, unit = _shortening_moments(whole, matter), matter.mass.share.root**2
         places += [("shortening", whole.axis * whole.shortening(moments[0]))]
         places += [("shortening moment", whole.axis * whole.shortening(moments[1]))]
         mu = np.pad(mu, (0, 2))
-        mu[0, -2] = mu[-2, 0] = mu[1, -1] = mu[-1, 1] = 1.0
+        mu[0, -2] = mu[-2, 0] = mu[1, -1] = mu[-1, 1] = unit
     points = [root, *(root.at(f"{name} {what}", d) for what, d in places)]
     rows = _by_points(mu)
     total = mul(matter.mass.value, whole.length)
@@ -105,22 +108,24 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
 
 
 def _mu(whole: Fields, matter: Matter) -> Array:
-    """μ of 1, ξ and the functions of all deformations, in units of ρA L."""
+    """μ of 1, ξ and the functions of all deformations, each in its own unit, in units of ρA L."""
     rule = fine([f.shapes for f in whole.shifting], matter.mass.share)
     x = rule.places
-    values = np.hstack([np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) for f in whole.shifting)])
+    values = np.hstack(
+        [np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) / f.shapes.units for f in whole.shifting)]
+    )
     mu = cleaned(rule.gram(values, values, matter.mass.share(x)), ROUNDED)
-    return rounded((mu + mu.T) / 2)
+    return rounded((mu + mu.T) / 2, matter.mass.share.root)
 
 
 def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
-    """∫ r H dξ and ∫ r ξ H dξ of each deflection."""
+    """∫ r H dξ and ∫ r ξ H dξ of each deflection, r in its unit."""
     result: tuple[list[Array], list[Array]] = [], []
     for f in whole.sagging:
         rule = fine([f.shapes], matter.mass.share)
         slopes = f.shapes.evaluate(rule.places, 1)
         for each, m in zip(result, moments_beyond(matter.mass.share, rule.places), strict=True):
-            each.append(rule.gram(slopes, slopes, m))
+            each.append(rule.gram(slopes, slopes, m / matter.mass.share.root**2))
     return result
 
 
@@ -272,6 +277,4 @@ def _critical(m: Array, k: Array) -> Array:
         squares, modes = mpmath.eigsy(inverse * mpmath.matrix(k.tolist()) * inverse.T)
         half = lower * modes
         c = half * mpmath.diag([mpmath.sqrt(max(x, 0)) for x in squares]) * half.T
-        result = np.array(c.tolist(), dtype=float)
-    result[np.abs(result) < ROUNDED_CHAIN * np.abs(result).max()] = 0.0
-    return result
+        return cleaned(np.array(c.tolist(), dtype=float), ROUNDED_CHAIN)

@@ -183,6 +183,14 @@ FAMILIES: dict[str, ShapeFamily] = {
 _DEGREES = (16, 32, 64, 128)
 """Degrees at which a function is interpolated, until its last coefficients are rounding."""
 GRID = np.linspace(0, 1, 101)
+_UNIT_BITS = 4
+
+
+def powers_near(sizes: Any) -> Array:
+    """Powers of 16 near sizes: 1 of those between 1/4 and 4, and of 0."""
+    digits = np.log2(np.where(sizes > 0, sizes, 1.0)) / _UNIT_BITS
+    powers: Array = np.ldexp(1.0, _UNIT_BITS * np.round(digits).astype(int))
+    return powers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,6 +212,11 @@ class ModeShapes(Immutable):
         if self.label in FAMILIES:
             return mode_shapes, (self.label, self.count)
         return ModeShapes, (self.label, self.count, self.evaluate, self.breaks)
+
+    @property
+    def units(self) -> Array:
+        """Powers of 16 near the functions' sizes (count), 1 of ordinary ones: in these, functions of any scale are of order 1."""
+        return powers_near(np.sqrt((self.evaluate(GRID, 0) ** 2).mean(axis=0)))
 
     def at(self, xi: float, order: int = 0) -> Array:
         """The values, or derivatives by ξ, at a place (count); zero where they vanish but for rounding: a pinned tip does not move."""
