@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from kane.fitting import curve, sensitivities
 from kane.gallery import load
-from tests.motion.derivatives.test_sensitivities import differences, four_bar, oscillator
+from tests.motion.derivatives.test_sensitivities import differences, four_bar, oscillator, pushed
 
 ADJOINT = {"method": "adjoint"}
 
@@ -193,6 +193,18 @@ def test_what_cannot_be_asked():
         s.cost()
     with pytest.raises(kn.SimulationError, match="3 weights"):
         s.cost(samples={x: [1.0, 2.0]})
+
+
+def test_integrands_that_jump():
+    """∫ L dt of L that jumps at a time which b moves, x = ½ t²: L = x² behind t = 2 b − 1. What jumps at states is refused."""
+    _, eom, (_, F, x, _) = pushed()
+    b, t = kn.parameter("b", 1.1), kn.time
+    push = kn.where(kn.less(t, 9 * b), 1.0, 0.0)
+    s = sensitivities(eom, (0, 2), [b], q=[0.0], u=[0.0], inputs={F: push}, parameters={b: 1.1}, **ADJOINT)
+    late = kn.where(kn.less(t, 2 * b - 1), 0.0, x**2)
+    np.testing.assert_allclose(s.cost(integral=late).gradient, [-2 * (0.5 * 1.2**2) ** 2], rtol=1e-10)
+    with pytest.raises(kn.SimulationError, match=r"jumps at states: x < 0\.3"):
+        s.cost(integral=kn.where(kn.less(x, 0.3), 0.0, 1.0))
 
 
 def test_ways_back_by_collocation_beyond_a_breakpoint_begin_before_later_events():

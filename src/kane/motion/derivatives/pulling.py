@@ -16,6 +16,7 @@ from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.slopes import backward
 from kane.equations.compiled import along, ports
 from kane.equations.equations import Equations
+from kane.errors import SimulationError
 from kane.expr.differentiation import gradient
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
@@ -24,8 +25,9 @@ from kane.model.contact_modes import in_mode
 from kane.motion.arguments import by_kind
 from kane.motion.derivatives.parameter_slopes import evaluated, law_slopes
 from kane.motion.derivatives.pulling_kernel import LAST, NODES, STAGES, Place, pulling_kernel
+from kane.motion.derivatives.tangent_space import Side
 from kane.motion.inputs.expressions import Formula
-from kane.motion.right_hand_side import Routines, only
+from kane.motion.right_hand_side import Routines, only, turning
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.entry import CompiledKernel, aligned, hoisted, wide_entry
@@ -91,6 +93,29 @@ class Integrand:
         roots = now.eom.numeric(now.settings).value(slopes_with_laws, self.expr, tuple(by), Laws(self.inputs))
         table = evaluated(roots, now, t, x)
         return table[0], table[1 : 1 + now.width].T, table[1 + now.width :].T
+
+    def jump(self, before: Side, behind: Side) -> float:
+        """L⁻ − L⁺ of two sides of an instant."""
+        first, second = (float(self.slopes(s.now, (), np.array([s.t]), s.x[None])[0][0]) for s in (before, behind))
+        return first - second
+
+    def checked(self, eom: Equations) -> list[Expr]:
+        """L with inputs as their laws.
+
+        Raises
+        ------
+        SimulationError
+            if it jumps at states
+        """
+        own = Laws(self.inputs).read(eom, [self.expr])
+        jumping = next((s for s in turning({"integral": own}) if s.jumps), None)
+        if jumping is not None:
+            raise SimulationError(
+                "Expected an integrand that is smooth between events for the derivative of its integral, got one that jumps at "
+                f"states: {jumping.text}. Round it off ({jumping.smooth}), or let it hold a further state "
+                "that an event sets there: kn.state."
+            )
+        return own
 
 
 class Laws:

@@ -22,6 +22,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import substituted
+from kane.motion.derivatives.moved_breakpoints import moves_breakpoints
 from kane.motion.derivatives.parameter_slopes import symbol_slopes
 from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
@@ -194,4 +195,5 @@ def _drives(course: ParametricMotion) -> tuple[Formula, ...] | None:
         return None
     drives = course.map.drives(course.parameters)
     timed = tuple(f for s in eom.inputs if isinstance(f := drives[s], Formula) and not f.of_state)
-    return timed if timed and len(timed) == len(eom.inputs) else None
+    still = not moves_breakpoints(eom, [f.whole for f in timed], course.by)
+    return timed if still and timed and len(timed) == len(eom.inputs) else None
