@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from kane.fitting import curve, sensitivities
 from kane.gallery import load
-from tests.motion.derivatives.test_sensitivities import differences, four_bar, oscillator, pushed
+from tests.motion.derivatives.test_sensitivities import TIGHT, differences, four_bar, oscillator, pushed
 
 ADJOINT = {"method": "adjoint"}
 
@@ -62,7 +62,10 @@ def test_across_bounces():
     assert len(s.motion.events) >= 2
     with_sum, J = with_integral(ball, y + v**2)
     wanted = differences(with_sum, (0, 2), by, {**given, "states": {J: 0.0}}, 2, 3 * v + J, 1e-4, -1)
-    np.testing.assert_allclose(s.cost(3 * v, integral=y + v**2).gradient, wanted, rtol=1e-7, atol=1e-7)
+    found = s.cost(3 * v, integral=y + v**2)
+    np.testing.assert_allclose(found.gradient, wanted, rtol=1e-7, atol=1e-7)
+    one = kn.simulate(with_sum, (0, 2), states={J: 0.0}, samples=2, **given, **TIGHT)
+    assert found.value == pytest.approx(one[3 * v + J][-1], rel=1e-9)
 
 
 @pytest.mark.slow

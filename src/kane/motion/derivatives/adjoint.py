@@ -181,14 +181,16 @@ class Adjoint:
         (flow,) = self.walk.transitions(self.motion, [cut], self.again)
         at = dict(zip(cut.edges.tolist(), [np.eye(*flow.shape[1:]), *flow], strict=True))
         moved = end.x @ flow[-1] + sum((seed @ at[t] for t, seed in own.items()), np.zeros((len(end.x), flow.shape[2])))
+        integral = end.integral
         if integrand is not None and len(inner) == len(times):
             states = states_of_phase(self.again(times), s.phase, times)
-            _, by_x, by_p = integrand.slopes(s.now, self.walk.by, times, states)
+            own_l, by_x, by_p = integrand.slopes(s.now, self.walk.by, times, states)
+            integral += float(share @ own_l)
             flows = np.array([at[t] for t in times.tolist()])
             row = np.einsum("t,tn,tnk->k", share, by_x, flows)
             row[n:] += share @ by_p
             moved = moved + np.outer(integrand.factors, row)
-        return Weights(moved[:, :n], end.p + moved[:, n:], end.sizes + np.abs(moved[:, n:]))
+        return Weights(moved[:, :n], end.p + moved[:, n:], end.sizes + np.abs(moved[:, n:]), integral)
 
     # ------------------------------------------------------------------------------------------ one event, or breakpoint
 
@@ -209,7 +211,8 @@ class Adjoint:
         if integrand is not None:
             jump = integrand.jump(walk.side(motion, row), walk.side(motion, row + 1))
             moved = moved + np.outer(integrand.factors, jump * dt)
-        return Weights(moved[:, :n], after.p + moved[:, n:], after.sizes + np.abs(moved[:, n:]))
+        own = after.p + moved[:, n:], after.sizes + np.abs(moved[:, n:])
+        return Weights(moved[:, :n], *own, after.integral)
 
 
 def _parts(rough: Array, off: float) -> Indices:

@@ -17,6 +17,7 @@ from kane.expr.symbols import Parameter, time
 from kane.motion.inputs.breakpoints import Clock, clock
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import timed
+from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
@@ -28,9 +29,8 @@ class MovedBreakpoint(NamedTuple):
     slopes: Array
 
 
-def clocks(motion: Solution, more: Iterable[Expr] = ()) -> list[tuple[Clock, dict[Expr, Any]]]:
-    """What turns at times along a motion, of its rates, its inputs and `more`, with the values of parameters there."""
-    phase, eom = motion.phases[0], motion.equations
+def clocks(eom: Equations, phase: Phase, more: Iterable[Expr] = ()) -> list[tuple[Clock, dict[Expr, Any]]]:
+    """What turns at times in a phase, of the rates, its inputs and `more`, with the values of parameters there."""
     drives = [f for f in phase.inputs.values() if isinstance(f, Formula)]
     known = dict[Expr, Any](phase.parameters)
     for f in drives:
@@ -48,7 +48,7 @@ def moves_breakpoints(eom: Equations, laws: Iterable[Expr], by: Sequence[Expr]) 
 def moved_breakpoints(motion: Solution, by: Sequence[Parameter], more: Iterable[Expr] = ()) -> list[MovedBreakpoint]:
     """Those within a motion, none where parameters move none of them."""
     span, own = (float(motion.t[0]), float(motion.t[-1])), set(by)
-    every = [(one, known) for found, known in clocks(motion, more) for one in found.turning]
+    every = [(one, known) for found, known in clocks(motion.equations, motion.phases[0], more) for one in found.turning]
     if all(own.isdisjoint(free_symbols([one.quantity])) for one, _ in every):
         return []
     result = []

@@ -61,11 +61,15 @@ class StageStates(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """∂J/∂x (m × n) and ∂J/∂p (m × k) of m numbers J at an instant, and what ∂J/∂p was added up of, in size."""
+    """∂J/∂x (m × n) and ∂J/∂p (m × k) of m numbers J at an instant, and what ∂J/∂p was added up of, in size.
+
+    `integral` is ∫ L dt from there to the end.
+    """
 
     x: Array
     p: Array
     sizes: Array
+    integral: float = 0.0
 
 
 class Pulled(NamedTuple):
@@ -145,16 +149,18 @@ def slopes_with_laws(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws
 
 
 class _Gains(NamedTuple):
-    """What parameters gain (rows × p), what it is added up of in size, and by how much it may be off."""
+    """What parameters gain (rows × p), what it is added up of in size, by how much it may be off; and ∫ L dt (1)."""
 
     own: Array
     sized: Array
     bent: Array
+    integral: Array
 
     @staticmethod
     def none(rows: int, count: int) -> "_Gains":
         """Nothing yet."""
-        return _Gains(*np.zeros((3, rows, count)))
+        own, sized, bent = np.zeros((3, rows, count))
+        return _Gains(own, sized, bent, np.zeros(1))
 
     def add(self, given: Array, slopes: Array) -> None:
         """Of weights (rows × steps × laws · 8), those of the nodes among them, times slopes (steps × laws × 8 × p)."""
@@ -219,7 +225,8 @@ class Pulling:
             to[:, self.place] = kept[name][:-1].reshape(rows, count)
         gains = _Gains(*(x + y for x, y in zip(whole, of_laws, strict=True)))
         lam = kept["lam"].reshape(rows, -1)
-        weights = Weights(lam, end.p + gains.own, end.sizes + gains.sized)
+        integral = end.integral + float(gains.integral[0])
+        weights = Weights(lam, end.p + gains.own, end.sizes + gains.sized, integral)
         return Pulled(weights, rough, gains.bent, float(kept["told"][Place.PACE]))
 
     def _some(
@@ -239,7 +246,8 @@ class Pulling:
             slopes[i] = evaluated(row, now, times, states).reshape(-1, m, STAGES)
         source, factors, by_p = np.zeros((0, n, STAGES)), np.zeros(rows), None
         if integrand is not None:
-            _, by_x, by_p = integrand.slopes(now, self.by, times, states)
+            along_t, by_x, by_p = integrand.slopes(now, self.by, times, states)
+            gains.integral[0] += float(np.sum(steps.h[:, None] * _B * along_t.reshape(m, STAGES)))
             source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors
         inputs = now.inputs_all(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
         seeded, of_inputs = np.full(m, -1.0), aligned(rows * m * laws * STAGES)

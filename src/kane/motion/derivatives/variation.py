@@ -169,7 +169,8 @@ class Differential:
     def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
         """The stretches with one set of equations and no breakpoint within; their edges are the samples that are `wanted`, too."""
         own_span = float(motion.t[0]), float(motion.t[-1])
-        more = [t for found, known in clocks(motion, self._watched) for t in found.breakpoints(known, own_span)]
+        own_clocks = clocks(motion.equations, motion.phases[0], self._watched)
+        more = [t for found, known in own_clocks for t in found.breakpoints(known, own_span)]
         breaks, result = sorted({*breakpoints_of(motion, ()), *(more if self._watched else ())}), list[Stretch]()
         known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
