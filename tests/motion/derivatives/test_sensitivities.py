@@ -103,6 +103,35 @@ def test_of_a_ball_that_bounces():
             np.testing.assert_allclose(s[y][at, k], wanted, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.parametrize("e", [0.0, 0.01, 0.5, 0.98, 0.999999, 1.0])
+def test_by_a_coefficient_of_restitution_up_to_its_ends(e):
+    """Before the second impact ∂y/∂e = v (t − t₁), v = √(2 g y₀); one that would just bounce has none."""
+    eom = kn.derive(load("bouncing_ball").system())
+    m, g, restitution = eom.parameters
+    (y,) = eom.coordinates
+    t1 = np.sqrt(2 / 9.81)
+    given = {"q": {y: 1.0}, "u": [0.0], "parameters": {m: 1.0, g: 9.81, restitution: e}, "samples": 2}
+    if e == 0:
+        with pytest.raises(kn.SimulationError, match="another law"):
+            sensitivities(eom, (0, t1 + 0.005), [restitution], **given)
+    else:
+        s = sensitivities(eom, (0, t1 + 0.005), [restitution], **given)
+        assert s[y][-1, 0] == pytest.approx(np.sqrt(2 * 9.81) * 0.005, rel=1e-7)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e4, 1e8])
+def test_a_ball_is_no_nearer_to_its_floor_where_both_are_far_away(far):
+    """A floor at y = f: its event is judged by how the ball moves, not by where it is."""
+    system, _, (m, F, x, u) = pushed()
+    f = kn.parameter("f")
+    eom = kn.derive(system.replace(events=[kn.Event("floor", x - f, direction=-1, then={u: -u})]))
+    given = {"u": [0.0], "inputs": {F: -9.81 * m}, "parameters": {f: far}}
+    s = sensitivities(eom, (0, 1), [x, f], q=[1.0 + far], samples=2, **given)
+    v, t1 = np.sqrt(2 * 9.81), np.sqrt(2 / 9.81)
+    wanted = v / 2 * (1 - t1) - (v - 9.81 * (1 - t1)) * t1 / 2  # of v τ − g τ²/2, τ = t − t₁
+    np.testing.assert_allclose(s[x][-1], [wanted, 1 - wanted], rtol=1e-6)
+
+
 def test_of_stick_and_slip():
     """A mass on a belt through several changes of mode: by friction, stiffness and start."""
     belt = load("mass_on_belt")

@@ -74,7 +74,7 @@ class Differential:
     def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
         self.by, self.settings, self.options = tuple(by), settings, options
         self._known: dict[tuple[Any, bytes], tuple[Routines, Slopes, Slopes]] = {}
-        self.scale, self.length = np.ones(1), 1.0
+        self.scale, self.pace, self.length = np.ones(1), np.ones(1), 1.0
         self._ends: dict[int, Array] = {}
         self._watched: tuple[Expr, ...] = ()
 
@@ -150,9 +150,10 @@ class Differential:
         return psi, dt, found
 
     def begin(self, motion: Solution, watched: Sequence[Expr] = ()) -> None:
-        """Take the sizes of a motion, and expressions of which the corners in time count, too."""
+        """Take the sizes and paces of a motion, and expressions of which the corners in time count, too."""
         self._watched = tuple(watched)
         self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
+        self.pace = np.ptp(motion.states, axis=0) / max(self.length, 1e-300)
         size = np.abs(motion.states).max(axis=0)
         self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
 
@@ -282,7 +283,7 @@ class Differential:
         (h,) = gradients(before, [event.quantity], self.by)
         f = before.rate
         rate = float(h.x @ f + h.t)
-        usual = (np.abs(h.x) @ self.scale + abs(h.t) * self.length) / self.length
+        usual = np.abs(h.x) @ self.pace + abs(h.t)
         if not abs(rate) > SIX_DIGITS * usual:
             raise SimulationError(
                 f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = "

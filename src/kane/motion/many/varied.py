@@ -23,7 +23,7 @@ from kane.errors import KaneError, SimulationError
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Parameter, StateVariable, Symbol, time
 from kane.expr.visit import substituted
 from kane.model.declarations import Event, target
@@ -112,9 +112,14 @@ def varied(eom: Equations, by: tuple[Symbol, ...], laws: Laws) -> Varied:
 def carries(eom: Equations, by: Sequence[Symbol], inputs: Mapping[Any, Any] | None) -> bool:
     """Whether equations can carry the derivatives of their motions.
 
-    Contacts and actions in Python, or under constraints, cannot, nor what turns at times that some of `by` move.
+    Contacts and actions in Python, or under constraints, cannot, nor what turns at times that some of `by` move, nor events of what
+    other events alone change.
     """
-    actions = [e.then for e in eom.system.events if e.then is not None]
+    acting = [e for e in eom.system.events if e.then is not None]
+    actions = [e.then for e in acting]
+    rates: dict[Any, Any] = dict(eom.system.states)
+    if any(all(isinstance(s, Parameter) or rates.get(s) is ZERO for s in free_symbols([e.quantity])) for e in acting):
+        return False
     known = all(isinstance(then, Mapping) for then in actions)
     laws = [e for e in dict(inputs or {}).values() if isinstance(e, Expr)]
     still = not moves_breakpoints(eom, laws, by)
