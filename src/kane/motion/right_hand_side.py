@@ -9,7 +9,7 @@ the side of each switch is a number among the parameters, −1 or 1. With every 
 smooth across the place where it turns, so that a step sees it as an event on its own polynomial (`steppers/watched.py`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -80,12 +80,17 @@ def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
 
 
 def _switches(eom: Equations, *laws: Expr) -> tuple[Switch, ...]:
-    found: dict[Expr, Switch] = {}
     loads = {
         load.name: [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
         for load in eom.solved.regular.declared_loads
     }
-    for name, scalars in (*loads.items(), ("inputs", laws)):
+    return turning({**loads, "inputs": laws})
+
+
+def turning(groups: Mapping[str, Sequence[Expr]]) -> tuple[Switch, ...]:
+    """Signs, comparisons and directions v/|v| that turn at states, of expressions by the name of what holds them."""
+    found: dict[Expr, Switch] = {}
+    for name, scalars in groups.items():
         for node in postorder(scalars):
             if node.op in _JUMPS:
                 quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
@@ -107,6 +112,11 @@ def _switches(eom: Equations, *laws: Expr) -> tuple[Switch, ...]:
 def has_jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
     """Whether loads, or the laws of inputs, jump."""
     return any(s.jumps for s in switches(eom, laws))
+
+
+def rates_jump(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
+    """Whether rates jump at states: by loads, the laws of inputs, or the rates of further states as they are declared."""
+    return has_jumps(eom, laws) or any(s.jumps for s in turning({"states": [*eom.system.states.values()]}))
 
 
 Sides = npt.NDArray[np.int8]

@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from kane.fitting import curve, sensitivities
 from kane.gallery import load
-from tests.motion.derivatives.test_sensitivities import differences, four_bar, oscillator
+from tests.motion.derivatives.test_sensitivities import TIGHT, differences, four_bar, oscillator, pushed
 
 ADJOINT = {"method": "adjoint"}
 
@@ -62,7 +62,10 @@ def test_across_bounces():
     assert len(s.motion.events) >= 2
     with_sum, J = with_integral(ball, y + v**2)
     wanted = differences(with_sum, (0, 2), by, {**given, "states": {J: 0.0}}, 2, 3 * v + J, 1e-4, -1)
-    np.testing.assert_allclose(s.cost(3 * v, integral=y + v**2).gradient, wanted, rtol=1e-7, atol=1e-7)
+    found = s.cost(3 * v, integral=y + v**2)
+    np.testing.assert_allclose(found.gradient, wanted, rtol=1e-7, atol=1e-7)
+    one = kn.simulate(with_sum, (0, 2), states={J: 0.0}, samples=2, **given, **TIGHT)
+    assert found.value == pytest.approx(one[3 * v + J][-1], rel=1e-9)
 
 
 @pytest.mark.slow
@@ -193,6 +196,18 @@ def test_what_cannot_be_asked():
         s.cost()
     with pytest.raises(kn.SimulationError, match="3 weights"):
         s.cost(samples={x: [1.0, 2.0]})
+
+
+def test_integrands_that_jump():
+    """∫ L dt of L that jumps at a time which b moves, x = ½ t²: L = x² behind t = 2 b − 1. What jumps at states is refused."""
+    _, eom, (_, F, x, _) = pushed()
+    b, t = kn.parameter("b", 1.1), kn.time
+    push = kn.where(kn.less(t, 9 * b), 1.0, 0.0)
+    s = sensitivities(eom, (0, 2), [b], q=[0.0], u=[0.0], inputs={F: push}, parameters={b: 1.1}, **ADJOINT)
+    late = kn.where(kn.less(t, 2 * b - 1), 0.0, x**2)
+    np.testing.assert_allclose(s.cost(integral=late).gradient, [-2 * (0.5 * 1.2**2) ** 2], rtol=1e-10)
+    with pytest.raises(kn.SimulationError, match=r"jumps at states: x < 0\.3"):
+        s.cost(integral=kn.where(kn.less(x, 0.3), 0.0, 1.0))
 
 
 def test_ways_back_by_collocation_beyond_a_breakpoint_begin_before_later_events():

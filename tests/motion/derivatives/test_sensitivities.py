@@ -103,6 +103,35 @@ def test_of_a_ball_that_bounces():
             np.testing.assert_allclose(s[y][at, k], wanted, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.parametrize("e", [0.0, 0.01, 0.5, 0.98, 0.999999, 1.0])
+def test_by_a_coefficient_of_restitution_up_to_its_ends(e):
+    """Before the second impact ∂y/∂e = v (t − t₁), v = √(2 g y₀); one that would just bounce has none."""
+    eom = kn.derive(load("bouncing_ball").system())
+    m, g, restitution = eom.parameters
+    (y,) = eom.coordinates
+    t1 = np.sqrt(2 / 9.81)
+    given = {"q": {y: 1.0}, "u": [0.0], "parameters": {m: 1.0, g: 9.81, restitution: e}, "samples": 2}
+    if e == 0:
+        with pytest.raises(kn.SimulationError, match="another law"):
+            sensitivities(eom, (0, t1 + 0.005), [restitution], **given)
+    else:
+        s = sensitivities(eom, (0, t1 + 0.005), [restitution], **given)
+        assert s[y][-1, 0] == pytest.approx(np.sqrt(2 * 9.81) * 0.005, rel=1e-7)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e4, 1e8])
+def test_a_ball_is_no_nearer_to_its_floor_where_both_are_far_away(far):
+    """A floor at y = f: its event is judged by how the ball moves, not by where it is."""
+    system, _, (m, F, x, u) = pushed()
+    f = kn.parameter("f")
+    eom = kn.derive(system.replace(events=[kn.Event("floor", x - f, direction=-1, then={u: -u})]))
+    given = {"u": [0.0], "inputs": {F: -9.81 * m}, "parameters": {f: far}}
+    s = sensitivities(eom, (0, 1), [x, f], q=[1.0 + far], samples=2, **given)
+    v, t1 = np.sqrt(2 * 9.81), np.sqrt(2 / 9.81)
+    wanted = v / 2 * (1 - t1) - (v - 9.81 * (1 - t1)) * t1 / 2  # of v τ − g τ²/2, τ = t − t₁
+    np.testing.assert_allclose(s[x][-1], [wanted, 1 - wanted], rtol=1e-6)
+
+
 def test_of_stick_and_slip():
     """A mass on a belt through several changes of mode: by friction, stiffness and start."""
     belt = load("mass_on_belt")
@@ -159,17 +188,66 @@ def test_what_is_no_list_of_unknowns(by, error, said):
         sensitivities(eom, (0, 1), by, q=[0.4], u=[0.0], inputs=inputs)
 
 
-def test_behind_a_breakpoint():
-    """A force that jumps in time: F = 2 behind t = 1, else 0. x = ½ 2 (t − 1)² there, and ∂x/∂m = −x/m."""
+def pushed():
+    """m ẍ = F."""
     m, F, N = kn.parameter("m", 1.0), kn.input("F"), kn.Frame("N")
     x, u = kn.coordinate("x"), kn.speed("u")
     O = kn.Point("O", fixed_in=N)
     P = O.at("P", x * N.x)
-    eom = kn.derive(kn.System(N, bodies=[kn.Particle("B", P, m)], speeds={u: x.dt}, loads=[kn.Force(P, F * N.x)]))
+    system = kn.System(N, bodies=[kn.Particle("B", P, m)], speeds={u: x.dt}, loads=[kn.Force(P, F * N.x)])
+    return system, kn.derive(system), (m, F, x, u)
+
+
+def test_behind_a_breakpoint():
+    """A force that jumps in time: F = 2 behind t = 1, else 0. x = ½ 2 (t − 1)² there, and ∂x/∂m = −x/m."""
+    _, eom, (m, F, x, u) = pushed()
     law = kn.where(kn.less(kn.time, 1.0), 0.0, 2.0)
     s = sensitivities(eom, (0, 3), [m, x, u], q=[0.0], u=[0.0], inputs={F: law}, samples=7)
     late = np.maximum(s.t - 1, 0)
     np.testing.assert_allclose(s[x], np.column_stack([-(late**2), np.ones(7), s.t]), atol=1e-12)
+
+
+def test_by_times_at_which_inputs_jump():
+    """F = 2 from b on for 1 s: x = (t − b)², then 1 + 2 (t − b − 1). Many motions and both ways have ∂x/∂b, whatever b is."""
+    _, eom, (_, F, x, _) = pushed()
+    b = kn.parameter("b", 0.0)
+    law = kn.where(kn.less(kn.time, b), 0.0, kn.where(kn.less(kn.time, b + 1), 2.0, 0.0))
+    given, values = {"q": [0.0], "u": [0.0], "inputs": {F: law}}, np.linspace(0.1, 1.9, 7)
+    for value in values:
+        own = {"parameters": {b: value}, "samples": 5, **given}
+        s = sensitivities(eom, (0, 4), [b], **own)
+        wanted = -2 * np.clip(s.t - value, 0, 1)
+        np.testing.assert_allclose(s[x][:, 0], wanted, atol=1e-12)
+        back = sensitivities(eom, (0, 4), [b], method="adjoint", **own)
+        np.testing.assert_allclose(back[x][:, 0], wanted, atol=1e-12)
+        np.testing.assert_allclose(
+            back.cost(integral=F * (1 + x)).gradient, 0, atol=1e-12
+        )  # it moves with b as a whole
+    runs = kn.simulate_many(eom, (0, 4), by=[b], parameters={b: values}, samples=[4.0], **given)
+    np.testing.assert_allclose(runs["x_by"].values[:, -1, 0], -2.0, rtol=1e-9)
+    measured = kn.simulate(eom, (0, 4), parameters={b: 1.1}, samples=9, **given)
+    found = kn.fit(eom, {"t": measured.t, "x": measured[x]}, [b], parameters={b: 0.7}, **given)
+    assert found.values[b] == pytest.approx(1.1, rel=1e-9)
+
+
+def test_two_jumps_that_come_together_and_are_moved_apart_are_refused():
+    _, eom, (_, F, _, _) = pushed()
+    a, b = kn.parameter("a", 1.0), kn.parameter("b", 1.0)
+    law = kn.where(kn.less(kn.time, a), 0.0, 1.0) + kn.where(kn.less(kn.time, b), 0.0, 1.0)
+    given = {"q": [0.0], "u": [0.0], "inputs": {F: law}}
+    with pytest.raises(kn.SimulationError, match="parameters move apart"):
+        sensitivities(eom, (0, 2), [a, b], parameters={a: 1.0, b: 1.0}, **given)
+
+
+def test_rates_of_states_that_jump_are_refused():
+    system, _, (_, F, x, _) = pushed()
+    J = kn.state("J")
+    eom = kn.derive(system.replace(states={J: kn.sign(x - 0.3)}))
+    given = {"q": [1.0], "u": [0.0], "states": [0.0], "inputs": {F: -x}}
+    with pytest.raises(kn.SimulationError, match="rates of states that jump"):
+        sensitivities(eom, (0, 2), [x], **given)
+    with pytest.raises(kn.SimulationError, match=r"rates of states that jump"):
+        kn.simulate_many(eom, (0, 2), by=[x], **given)
 
 
 def driven(length, *events):

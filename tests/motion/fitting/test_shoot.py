@@ -57,6 +57,32 @@ def test_a_start_that_hits():
     assert shot.cost == 0.0
 
 
+def test_a_switching_time():
+    """F = m up to b, then −m: ∫ u² dt = 2 b³/3 − (2 b − 2)³/3 over 2 s is least at b = 2/3; u = 0 at the end at b = 1."""
+    eom, b = pushed(), kn.parameter("b", 1.2)
+    u, m = eom.speeds[0], eom.parameters[0]
+    law = m * kn.where(kn.less(kn.time, b), 1.0, -1.0)
+    given = {"q": [0], "u": [0], "inputs": {"F": law}, "parameters": {b: 1.2}, "bounds": {b: (0.1, 1.9)}}
+    least = kn.fitting.shoot(eom, (0, 2), [b], integral=u**2, **given)
+    assert least.values[b] == pytest.approx(2 / 3, abs=1e-4)
+    assert least.cost == pytest.approx(8 / 27, rel=1e-7)
+    assert kn.fitting.shoot(eom, (0, 2), [b], end={u: 0.0}, **given).values[b] == pytest.approx(1.0, rel=1e-9)
+    with pytest.raises(kn.SimulationError, match="jumps at states"):
+        kn.fitting.shoot(eom, (0, 2), [b], integral=kn.sign(u - 0.1), **given)
+
+
+def test_integrals_across_bounces():
+    """∫ u² dt of a ball, least where it begins lowest, is that of the same ball with the integral as a state."""
+    ball = load("bouncing_ball").system()
+    eom, J = kn.derive(ball), kn.state("J")
+    (y,), (u,) = eom.coordinates, eom.speeds
+    shot = kn.fitting.shoot(eom, (0, 1.2), [y], q={y: 0.7}, u={u: 0.3}, bounds={y: (0.6, 0.9)}, integral=u**2)
+    assert shot.values[y] == pytest.approx(0.6)
+    with_sum = kn.derive(ball.replace(states={J: u**2}))
+    one = kn.simulate(with_sum, (0, 1.2), q=[0.6], u=[0.3], states=[0.0], samples=2, rtol=1e-11, atol=1e-11)
+    assert shot.cost == pytest.approx(one[J][-1], rel=1e-7)
+
+
 def test_a_pendulum_swings_up():
     """Without a cost the conditions are solved: from hanging to standing, the cart back at rest."""
     eom = kn.derive(pendulum_on_cart.system(force=True))

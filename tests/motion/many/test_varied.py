@@ -75,6 +75,22 @@ def test_across_events():
             np.testing.assert_allclose(found.values[k], s[what][-1], rtol=1e-8, atol=1e-8)
 
 
+def test_an_event_that_another_one_sets_off():
+    """What counts bounces changes by them alone: each motion is differentiated by itself, and no third bounce comes here."""
+    eom, (y, v, c, _, e) = ball()
+    events = [
+        kn.Event("bounce", y, direction=-1, then={v: -e * v, c: c + 1}),
+        kn.Event("third", c - 2.5, direction=1, then={v: 0 * v}),
+    ]
+    counted = kn.derive(eom.system.replace(events=events, states={c: 0 * y}, loads=()))
+    by, heights, given = [y, e], [0.6, 1.0], {"u": [-3.0], "states": [0.0]}
+    runs = kn.simulate_many(counted, (0, 1.2), q={y: heights}, by=by, samples=3, **given)
+    for k, height in enumerate(heights):
+        s = sensitivities(counted, (0, 1.2), by, q=[height], samples=runs.t.values, **given)
+        assert len(s.motion.events) == 1
+        np.testing.assert_array_equal(runs["y_by"].values[k, -1], s[y][-1])
+
+
 def test_across_impacts_of_contacts():
     """What cannot be carried along is found of each motion by itself."""
     eom = kn.derive(load("bouncing_ball").system())

@@ -13,7 +13,7 @@ import numpy as np
 from kane.motion.derivatives.pulling import Integrand, Pulled, Pulling, StageStates, Weights
 from kane.motion.derivatives.pulling_kernel import NODES
 from kane.motion.derivatives.transition import Stretch
-from kane.motion.derivatives.variation import Again, Differential, states_of_phase
+from kane.motion.derivatives.variation import Again, Differential, Leap, states_of_phase
 from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
@@ -82,18 +82,20 @@ class Adjoint:
             if the motion has no derivative, as for the way forwards
         """
         walk, motion = self.walk, self.motion
-        walk.begin(motion)
+        walk.begin(motion, [] if seeds.integrand is None else seeds.integrand.checked(motion.equations))
         self._pulling = {}
         n, k = motion.states.shape[1], len(walk.by)
         stretches = walk.stretches(motion, sorted(seeds.rows))
         grids = self._grids(stretches, [self._first(s) for s in stretches])
+        leaps = walk.leaps(motion, stretches, self.again)
         weights = Weights(np.zeros((count, n)), np.zeros((count, k)), np.zeros((count, k)))
         left = dict(seeds.rows)
         for number in reversed(range(int(motion.phase[-1]) + 1)):
-            for s, grid in reversed(list(zip(stretches, grids, strict=True))):
+            for i, (s, grid) in reversed(list(enumerate(zip(stretches, grids, strict=True)))):
                 if s.phase == number:
                     edges = {place: left.pop(row) for row, place in zip(s.rows, s.places, strict=True) if row in left}
                     weights = self._stretch(s, grid, weights, edges, seeds.integrand)
+                    weights = self._leapt(leaps[i], weights, seeds.integrand) if i in leaps else weights
             for row in [row for row in left if int(motion.phase[row]) == number]:
                 weights = weights._replace(x=weights.x + left.pop(row))
             if number:
@@ -179,16 +181,25 @@ class Adjoint:
         (flow,) = self.walk.transitions(self.motion, [cut], self.again)
         at = dict(zip(cut.edges.tolist(), [np.eye(*flow.shape[1:]), *flow], strict=True))
         moved = end.x @ flow[-1] + sum((seed @ at[t] for t, seed in own.items()), np.zeros((len(end.x), flow.shape[2])))
+        integral = end.integral
         if integrand is not None and len(inner) == len(times):
             states = states_of_phase(self.again(times), s.phase, times)
-            _, by_x, by_p = integrand.slopes(s.now, self.walk.by, times, states)
+            own_l, by_x, by_p = integrand.slopes(s.now, self.walk.by, times, states)
+            integral += float(share @ own_l)
             flows = np.array([at[t] for t in times.tolist()])
             row = np.einsum("t,tn,tnk->k", share, by_x, flows)
             row[n:] += share @ by_p
             moved = moved + np.outer(integrand.factors, row)
-        return Weights(moved[:, :n], end.p + moved[:, n:], end.sizes + np.abs(moved[:, n:]))
+        return Weights(moved[:, :n], end.p + moved[:, n:], end.sizes + np.abs(moved[:, n:]), integral)
 
-    # ------------------------------------------------------------------------------------------ one event
+    # ------------------------------------------------------------------------------------------ one event, or breakpoint
+
+    def _leapt(self, leap: Leap, after: Weights, integrand: Integrand | None) -> Weights:
+        """Weights before a breakpoint that parameters move."""
+        moved = after.x @ leap.x
+        if integrand is not None:
+            moved = moved + np.outer(integrand.factors, integrand.jump(leap.before, leap.behind) * leap.t)
+        return after._replace(p=after.p + moved, sizes=after.sizes + np.abs(moved))
 
     def _across(self, number: int, after: Weights, integrand: Integrand | None) -> Weights:
         """Weights before the event with which a phase begins."""
@@ -198,10 +209,10 @@ class Adjoint:
         saltation, dt = walk.across(motion, row, np.eye(n, n + k), number, None)
         moved = after.x @ saltation
         if integrand is not None:
-            sides = (walk.side(motion, r) for r in (row, row + 1))
-            before, behind = (float(integrand.slopes(s.now, (), np.array([s.t]), s.x[None])[0][0]) for s in sides)
-            moved = moved + np.outer(integrand.factors, (before - behind) * dt)
-        return Weights(moved[:, :n], after.p + moved[:, n:], after.sizes + np.abs(moved[:, n:]))
+            jump = integrand.jump(walk.side(motion, row), walk.side(motion, row + 1))
+            moved = moved + np.outer(integrand.factors, jump * dt)
+        own = after.p + moved[:, n:], after.sizes + np.abs(moved[:, n:])
+        return Weights(moved[:, :n], *own, after.integral)
 
 
 def _parts(rough: Array, off: float) -> Indices:

@@ -18,8 +18,8 @@ from kane.motion.derivatives.pulling import Integrand
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
-Back = Callable[[Seeds, int, Array], Array]
-"""∂J/∂b (m × k) of seeds of m numbers, and what J has of parameters themselves (m × parameters)."""
+Back = Callable[[Seeds, int, Array], tuple[Array, float]]
+"""∂J/∂b (m × k) of seeds of m numbers, and what J has of parameters themselves (m × parameters); and ∫ L dt."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,7 +69,7 @@ class AdjointSensitivities(Attributes):
         for k, seed in rows.items():
             seed[k * m : (k + 1) * m] = slopes[k, :, :n]
         own = slopes[:, :, n:].reshape(count * m, -1)
-        return self.back(Seeds(rows, None), count * m, own).reshape(count, m, -1)
+        return self.back(Seeds(rows, None), count * m, own)[0].reshape(count, m, -1)
 
     def cost(self, end: Any = 0, *, integral: Any = 0, samples: Mapping[Any, Any] | None = None) -> "Cost":
         """J = e(x(T)) + ∫ L dt + Σ w·y(t_i), and its gradient by all of b.
@@ -103,7 +103,10 @@ class AdjointSensitivities(Attributes):
     def weighted(
         self, numbers: Sequence[Mapping[Expr, Array]], integrand: Integrand | None = None
     ) -> tuple[Array, Array]:
-        """Numbers Σ w·y(t_i), each {y: weights w of the samples}, m of them, and their gradients (m × k), by one way back."""
+        """Numbers Σ w·y(t_i) + factor ∫ L dt, each {y: weights w of the samples}, m of them, and their gradients (m × k).
+
+        They are found by one way back.
+        """
         motion, own = self.motion, self.parameters
         n, count, parts = motion.states.shape[1], len(motion), dict.fromkeys(y for number in numbers for y in number)
         known = {y: (motion[y], slopes_along(motion, y, own)) for y in parts}
@@ -113,7 +116,8 @@ class AdjointSensitivities(Attributes):
                 values[k] += w @ known[y][0]
                 slopes[k] += w[:, None] * known[y][1]
         rows = {i: slopes[:, i, :n].copy() for i in np.flatnonzero(slopes[:, :, :n].any(axis=(0, 2))).tolist()}
-        return values, self.back(Seeds(rows, integrand), len(numbers), slopes[:, :, n:].sum(axis=1))
+        gradients, integral = self.back(Seeds(rows, integrand), len(numbers), slopes[:, :, n:].sum(axis=1))
+        return values if integrand is None else values + integrand.factors * integral, gradients
 
     def __repr__(self) -> str:
         return f"AdjointSensitivities(by {', '.join(s.name for s in self.by)}, {len(self.t)} samples)"

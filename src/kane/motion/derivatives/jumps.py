@@ -2,17 +2,19 @@
 """What events do to a state, to first order: the gradient of what they watch, and the derivative of what they set.
 
 Expressions are differentiated. Impacts of contacts, and actions that are functions of Python, are maps from numbers to numbers: their
-derivative is taken by central differences of sixth order, of the map alone and never of a motion; two lengths of it must agree.
+derivative is taken by differences of sixth order, of the map alone and never of a motion; two lengths of it must agree. They are
+central ones, but to one side where the map ends: a coefficient of restitution is not above 1.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kane import expect
-from kane.errors import SimulationError
+from kane.errors import ArgumentError, SimulationError
 from kane.expr.differentiation import weighted
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
@@ -31,7 +33,13 @@ from kane.numeric.arrays import Array
 from kane.numeric.rank import least_squares
 from kane.numeric.scale import SIX_DIGITS
 
-_WEIGHTS = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+_FORWARD = (-49 / 20, 6.0, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6)
+_WEIGHTS: tuple[dict[int, float], ...] = (
+    {-3: -1 / 60, -2: 3 / 20, -1: -3 / 4, 1: 3 / 4, 2: -3 / 20, 3: 1 / 60},
+    dict(enumerate(_FORWARD)),
+    {-k: -w for k, w in enumerate(_FORWARD)},
+)
+"""At so many lengths from the place: on both sides, behind it, before it."""
 _LENGTHS = tuple(1e-2 / 4**k for k in range(7))
 """Shares of the size of each component over which a map is differenced; the two neighbours that differ least count."""
 
@@ -137,7 +145,7 @@ def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequ
 
 
 def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: str) -> Array:
-    """∂map/∂z (m × n) by central differences of sixth order.
+    """∂map/∂z (m × n) by differences of sixth order.
 
     Raises
     ------
@@ -145,22 +153,31 @@ def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: s
         if no two lengths of the difference agree
     """
 
-    def column(i: int, length: float) -> Array:
+    def column(i: int, length: float, weights: Mapping[int, float]) -> Array:
         step = length * sizes[i]
         e = np.eye(len(at))[i] * step
-        return np.asarray(sum(w * (map_(at + k * e) - map_(at - k * e)) for k, w in _WEIGHTS) / step)
+        return np.asarray(sum(w * map_(at + k * e) for k, w in weights.items()) / step)
+
+    def every(i: int, weights: Mapping[int, float]) -> list[Array]:
+        """The columns of the lengths with which the map does not end."""
+        result = []
+        for length in _LENGTHS:
+            with suppress(ArgumentError):
+                result.append(column(i, length, weights))
+        return result
 
     found = []
     for i in range(len(at)):
-        every = [column(i, length) for length in _LENGTHS]
-        apart = [float(np.abs(b - a).max(initial=0)) for a, b in pairwise(every)]
+        some = next((own for weights in _WEIGHTS if len(own := every(i, weights)) > 1), [])
+        every_apart = [float(np.abs(b - a).max(initial=0)) for a, b in pairwise(some)]
+        apart = np.nan_to_num(every_apart or [np.inf], nan=np.inf)
         best = int(np.argmin(apart))
-        if not apart[best] <= SIX_DIGITS * max(float(np.abs(every[best]).max(initial=0)), 1.0):
+        if not apart[best] <= SIX_DIGITS * max(float(np.abs(some[best]).max(initial=0)) if some else 0.0, 1.0):
             raise SimulationError(
                 f"Expected {what} to be smooth beside the cycle, got one that has corners there: near by another law holds, as where "
                 "friction just holds in an impact. Take other values of the parameters."
             )
-        found.append(every[best + 1])
+        found.append(some[best + 1])
     return np.column_stack(found)
 
 
@@ -218,7 +235,7 @@ def _split(after: Callable[[Array], Array], before: Side, by: Sequence[Parameter
 
 
 def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Parameter]) -> JumpSlopes:
-    """Of an impact of contacts, in which contact `hits` closes."""
+    """Of an impact of contacts, in which contact `hits` closes; other contacts that stay closed are another law."""
     modes = before.now.eom.system.modes
     closed = {i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED} | {hits}
     n, symbols = before.now.width, motion.numbers.bundle.ports[2].symbols
@@ -226,11 +243,17 @@ def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Paramete
     places = [place[p] for p in by]
     own = motion.p.copy()
 
-    def after(z: Array) -> Array:
+    def hit(z: Array) -> tuple[Array, set[int], float]:
         motion.p = own.copy()
         motion.p[places] = z[n + 1 :]
         motion.fastest[:], motion.highest[:], motion.rebound[:] = 0.0, 0.0, 0.0
-        return motion.hit(float(z[n]), z[:n], set(closed))[0]
+        return motion.hit(float(z[n]), z[:n], set(closed))
+
+    stays = hit(np.concatenate([before.x, [before.t], own[places]]))[1]
+
+    def after(z: Array) -> Array:
+        found, own_stays, _ = hit(z)
+        return found if own_stays == stays else np.full(n, np.nan)
 
     result = _split(after, before, by, f"the impact of the contact {motion.contacts[hits].name!r}")
     motion.p = own

@@ -177,11 +177,11 @@ class ParametricMotion:
         walk, begin, places = self._begun(motion)
         adjoint = Adjoint(walk, motion, self.map.again(motion, self.parameters))
 
-        def back(seeds: Seeds, count: int, own: Array) -> Array:
+        def back(seeds: Seeds, count: int, own: Array) -> tuple[Array, float]:
             weights = adjoint(seeds, count)
             found = weights.x @ begin
             found[:, len(self.free) :] += weights.p + own
-            return np.asarray(found[:, places])
+            return np.asarray(found[:, places]), weights.integral
 
         return AdjointSensitivities(motion, self.by, back)
 

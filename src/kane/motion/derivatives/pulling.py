@@ -16,6 +16,7 @@ from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.slopes import backward
 from kane.equations.compiled import along, ports
 from kane.equations.equations import Equations
+from kane.errors import SimulationError
 from kane.expr.differentiation import gradient
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
@@ -24,8 +25,9 @@ from kane.model.contact_modes import in_mode
 from kane.motion.arguments import by_kind
 from kane.motion.derivatives.parameter_slopes import evaluated, law_slopes
 from kane.motion.derivatives.pulling_kernel import LAST, NODES, STAGES, Place, pulling_kernel
+from kane.motion.derivatives.tangent_space import Side
 from kane.motion.inputs.expressions import Formula
-from kane.motion.right_hand_side import Routines, only
+from kane.motion.right_hand_side import Routines, only, turning
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.entry import CompiledKernel, aligned, hoisted, wide_entry
@@ -59,11 +61,15 @@ class StageStates(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """∂J/∂x (m × n) and ∂J/∂p (m × k) of m numbers J at an instant, and what ∂J/∂p was added up of, in size."""
+    """∂J/∂x (m × n) and ∂J/∂p (m × k) of m numbers J at an instant, and what ∂J/∂p was added up of, in size.
+
+    `integral` is ∫ L dt from there to the end.
+    """
 
     x: Array
     p: Array
     sizes: Array
+    integral: float = 0.0
 
 
 class Pulled(NamedTuple):
@@ -91,6 +97,29 @@ class Integrand:
         roots = now.eom.numeric(now.settings).value(slopes_with_laws, self.expr, tuple(by), Laws(self.inputs))
         table = evaluated(roots, now, t, x)
         return table[0], table[1 : 1 + now.width].T, table[1 + now.width :].T
+
+    def jump(self, before: Side, behind: Side) -> float:
+        """L⁻ − L⁺ of two sides of an instant."""
+        first, second = (float(self.slopes(s.now, (), np.array([s.t]), s.x[None])[0][0]) for s in (before, behind))
+        return first - second
+
+    def checked(self, eom: Equations) -> list[Expr]:
+        """L with inputs as their laws.
+
+        Raises
+        ------
+        SimulationError
+            if it jumps at states
+        """
+        own = Laws(self.inputs).read(eom, [self.expr])
+        jumping = next((s for s in turning({"integral": own}) if s.jumps), None)
+        if jumping is not None:
+            raise SimulationError(
+                "Expected an integrand that is smooth between events for the derivative of its integral, got one that jumps at "
+                f"states: {jumping.text}. Round it off ({jumping.smooth}), or let it hold a further state "
+                "that an event sets there: kn.state."
+            )
+        return own
 
 
 class Laws:
@@ -120,16 +149,18 @@ def slopes_with_laws(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws
 
 
 class _Gains(NamedTuple):
-    """What parameters gain (rows × p), what it is added up of in size, and by how much it may be off."""
+    """What parameters gain (rows × p), what it is added up of in size, by how much it may be off; and ∫ L dt (1)."""
 
     own: Array
     sized: Array
     bent: Array
+    integral: Array
 
     @staticmethod
     def none(rows: int, count: int) -> "_Gains":
         """Nothing yet."""
-        return _Gains(*np.zeros((3, rows, count)))
+        own, sized, bent = np.zeros((3, rows, count))
+        return _Gains(own, sized, bent, np.zeros(1))
 
     def add(self, given: Array, slopes: Array) -> None:
         """Of weights (rows × steps × laws · 8), those of the nodes among them, times slopes (steps × laws × 8 × p)."""
@@ -194,7 +225,8 @@ class Pulling:
             to[:, self.place] = kept[name][:-1].reshape(rows, count)
         gains = _Gains(*(x + y for x, y in zip(whole, of_laws, strict=True)))
         lam = kept["lam"].reshape(rows, -1)
-        weights = Weights(lam, end.p + gains.own, end.sizes + gains.sized)
+        integral = end.integral + float(gains.integral[0])
+        weights = Weights(lam, end.p + gains.own, end.sizes + gains.sized, integral)
         return Pulled(weights, rough, gains.bent, float(kept["told"][Place.PACE]))
 
     def _some(
@@ -214,7 +246,8 @@ class Pulling:
             slopes[i] = evaluated(row, now, times, states).reshape(-1, m, STAGES)
         source, factors, by_p = np.zeros((0, n, STAGES)), np.zeros(rows), None
         if integrand is not None:
-            _, by_x, by_p = integrand.slopes(now, self.by, times, states)
+            along_t, by_x, by_p = integrand.slopes(now, self.by, times, states)
+            gains.integral[0] += float(np.sum(steps.h[:, None] * _B * along_t.reshape(m, STAGES)))
             source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors
         inputs = now.inputs_all(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
         seeded, of_inputs = np.full(m, -1.0), aligned(rows * m * laws * STAGES)

@@ -7,20 +7,24 @@ the rate ḣ = ∇h·f⁻ + ∂h/∂t, is met sooner or later by δτ = −(∇h
     δx⁺ = G (δx⁻ + f⁻ δτ) + ∂g/∂t δτ + ∂g/∂p δp − f⁺ δτ,      G = ∂g/∂x
 
 which is S δx⁻ with the saltation matrix S = G + (f⁺ − G f⁻ − ∂g/∂t) ∇hᵀ/ḣ (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, sec.
-7.5). The event that ends a motion leaves out f⁺ δτ: what is compared are states at that event.
+7.5). The event that ends a motion leaves out f⁺ δτ: what is compared are states at that event. Where rates jump at a time that
+parameters set there is such a jump of δx, too (`moved_breakpoints`).
 """
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kane.errors import SimulationError
+from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
 from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact
+from kane.motion.derivatives.moved_breakpoints import clocks, moved_breakpoints
 from kane.motion.derivatives.parameter_slopes import Slopes, forcing, input_slopes
 from kane.motion.derivatives.tangent_space import Side
 from kane.motion.derivatives.transition import Stretch, transition
@@ -28,7 +32,7 @@ from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers, turning_laws
 from kane.motion.inputs.functions import follows
 from kane.motion.loop import breakpoints_of
-from kane.motion.right_hand_side import Routines, has_jumps, routines
+from kane.motion.right_hand_side import Routines, rates_jump, routines
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
@@ -55,14 +59,24 @@ class Variation(NamedTuple):
     t: Array
 
 
+class Leap(NamedTuple):
+    """δx⁺ − δx⁻ by parameters (n × k) at a breakpoint that they move, δτ (k) of it, and the motion before and behind it."""
+
+    x: Array
+    t: Array
+    before: Side
+    behind: Side
+
+
 class Differential:
     """The derivative of motions of the same equations, by their start and by parameters."""
 
     def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
         self.by, self.settings, self.options = tuple(by), settings, options
         self._known: dict[tuple[Any, bytes], tuple[Routines, Slopes, Slopes]] = {}
-        self.scale, self.length = np.ones(1), 1.0
+        self.scale, self.pace, self.length = np.ones(1), np.ones(1), 1.0
         self._ends: dict[int, Array] = {}
+        self._watched: tuple[Expr, ...] = ()
 
     def _routines(self, motion: Solution, row: int) -> tuple[Routines, Slopes, Slopes]:
         eom = motion.samples[row] if motion.samples else motion.equations
@@ -115,14 +129,16 @@ class Differential:
         k = psi.shape[1] - len(self.by)
         self.begin(motion)
         stretches = self.stretches(motion, np.arange(len(motion)) if every else ())
-        flows = self.transitions(motion, stretches, again)
+        flows, leaps = self.transitions(motion, stretches, again), self.leaps(motion, stretches, again)
         last, dt, found = int(motion.phase[-1]), np.zeros(psi.shape[1]), np.zeros((len(motion) * every, *psi.shape))
         for number in range(last + 1):
             if every:
                 found[np.flatnonzero(motion.phase == number)[0]] = psi
-            for stretch, flow in zip(stretches, flows, strict=True):
+            for i, (stretch, flow) in enumerate(zip(stretches, flows, strict=True)):
                 if stretch.phase != number:
                     continue
+                if i in leaps:
+                    psi = psi + np.hstack([np.zeros((n, k)), leaps[i].x])
                 at = flow[:, :, :n] @ psi
                 at[:, :, k:] += flow[:, :, n:]
                 if every:
@@ -133,9 +149,11 @@ class Differential:
                 psi, dt = self.across(motion, row, psi, number + 1, section)
         return psi, dt, found
 
-    def begin(self, motion: Solution) -> None:
-        """Take the sizes of a motion."""
+    def begin(self, motion: Solution, watched: Sequence[Expr] = ()) -> None:
+        """Take the sizes and paces of a motion, and expressions of which the corners in time count, too."""
+        self._watched = tuple(watched)
         self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
+        self.pace = np.ptp(motion.states, axis=0) / max(self.length, 1e-300)
         size = np.abs(motion.states).max(axis=0)
         self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
 
@@ -151,7 +169,10 @@ class Differential:
 
     def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
         """The stretches with one set of equations and no breakpoint within; their edges are the samples that are `wanted`, too."""
-        breaks, result = sorted(breakpoints_of(motion, ())), list[Stretch]()
+        own_span = float(motion.t[0]), float(motion.t[-1])
+        own_clocks = clocks(motion.equations, motion.phases[0], self._watched)
+        more = [t for found, known in own_clocks for t in found.breakpoints(known, own_span)]
+        breaks, result = sorted({*breakpoints_of(motion, ()), *(more if self._watched else ())}), list[Stretch]()
         known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
             for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
@@ -169,6 +190,39 @@ class Differential:
                         x = None
                     t = on_from(until) if until < stop else stop
         return result
+
+    def leaps(self, motion: Solution, stretches: Sequence[Stretch], again: Again) -> dict[int, Leap]:
+        """What breakpoints that parameters move add, by the number of the stretch that begins there.
+
+        Raises
+        ------
+        SimulationError
+            if rates jump where two breakpoints come together that parameters move apart
+        """
+        found, result = moved_breakpoints(motion, self.by, self._watched), dict[int, Leap]()
+        for i, (first, second) in enumerate(pairwise(stretches), 1):
+            low, high = first.t1 - 8 * math.ulp(first.t1), second.t0 + 8 * math.ulp(second.t0)
+            slopes = [one.slopes for one in found if low <= one.t <= high]
+            if second.x is not None or not np.any(slopes):
+                continue
+            t = (low + high) / 2
+            (x,) = states_of_phase(again(np.array([t])), second.phase, np.array([t]))
+            phase = motion.phases[second.phase]
+            before, behind = Side(second.now, phase, first.t1, x), Side(second.now, phase, second.t0, x)
+            jump = before.rate - behind.rate
+            apart = np.ptp(slopes, axis=0).max() > SIX_DIGITS * np.abs(slopes).max()
+            if apart or not np.isfinite(slopes).all():
+                self._check_alone(jump, t)
+                continue
+            result[i] = Leap(np.outer(jump, slopes[0]), slopes[0], before, behind)
+        return result
+
+    def _check_alone(self, jump: Array, t: float) -> None:
+        if (np.abs(jump) * self.length > SIX_DIGITS * self.scale).any():
+            raise SimulationError(
+                f"Expected rates that jump at one time, got several times at t = {t:.9g} that parameters move apart, or one that they "
+                "move without bound: there is no one derivative. Take values at which they come one by one."
+            )
 
     def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it is known."""
@@ -229,7 +283,7 @@ class Differential:
         (h,) = gradients(before, [event.quantity], self.by)
         f = before.rate
         rate = float(h.x @ f + h.t)
-        usual = (np.abs(h.x) @ self.scale + abs(h.t) * self.length) / self.length
+        usual = np.abs(h.x) @ self.pace + abs(h.t)
         if not abs(rate) > SIX_DIGITS * usual:
             raise SimulationError(
                 f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = "
@@ -270,7 +324,7 @@ def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
 def _check(now: Routines) -> None:
     """Refuse what the variational equations do not know."""
     met = {
-        "loads or inputs that jump at states": has_jumps(now.eom, turning_laws(now.drives)),
+        "loads, inputs or rates of states that jump at states": rates_jump(now.eom, turning_laws(now.drives)),
         "a sampled controller": bool(controllers(now.drives)),
     }
     told = [text for text, holds in met.items() if holds]

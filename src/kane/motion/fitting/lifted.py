@@ -22,12 +22,13 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import substituted
+from kane.motion.derivatives.moved_breakpoints import clocks, moves_breakpoints
 from kane.motion.derivatives.parameter_slopes import symbol_slopes
 from kane.motion.derivatives.parametric_motion import ParametricMotion
-from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
+from kane.motion.inputs.breakpoints import on_from, up_to
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, entries, has_jumps, is_long, only, routines
-from kane.motion.solution.phases import Indices
+from kane.motion.solution.phases import Indices, Phase
 from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array
 from kane.numeric.scale import ROUNDED_CHAIN
@@ -146,7 +147,7 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
     slopes = [[tangent(f.whole, {p: ONE}) for p in by] for f in drives]
     if any(unknown & set(free_symbols([e])) for row in slopes for e in row):
         return None
-    edges = cut_at_bends(course, count)
+    edges = cut_at_bends(course, count, values[:1])
     h = np.diff(edges)
     inside = [np.array([side(t) for t in part.tolist()]) for side, part in ((on_from, edges[:-1]), (up_to, edges[1:]))]
     t = np.clip(edges[:-1] + _C[:, None] * h, *inside)
@@ -166,12 +167,11 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
     return None if is_long(now) else Steps(now, values, t, h, base, own, active)
 
 
-def cut_at_bends(course: ParametricMotion, count: int) -> Array:
-    """The span of a course in pieces of about one length, `count` and more, so that inputs bend between them only."""
-    span = course.map.t0, course.end
-    timed = [f for f in course.map.drives(course.parameters).values() if isinstance(f, Formula) and not f.of_state]
-    found = (t for f in timed for t in breakpoints([f.whole], {**f.values, **f.gains}, span))
-    bends = sorted({*span, *(t for t in found if span[0] < t < span[1])})
+def cut_at_bends(course: ParametricMotion, count: int, more: Sequence[Expr] = ()) -> Array:
+    """The span of a course in pieces of about one length, `count` and more, so that rates and `more` bend between them only."""
+    span, known = (course.map.t0, course.end), course.parameters
+    every = clocks(course.map.eom, Phase(known, course.map.drives(known)), more)
+    bends = sorted({*span}.union(*(found.breakpoints(values, span) for found, values in every)))
     parts = [max(1, math.ceil(count * (b - a) / (span[1] - span[0]) - ROUNDED_CHAIN)) for a, b in pairwise(bends)]
     return np.unique(
         np.concatenate([np.linspace(a, b, 1 + k) for (a, b), k in zip(pairwise(bends), parts, strict=True)])
@@ -194,4 +194,5 @@ def _drives(course: ParametricMotion) -> tuple[Formula, ...] | None:
         return None
     drives = course.map.drives(course.parameters)
     timed = tuple(f for s in eom.inputs if isinstance(f := drives[s], Formula) and not f.of_state)
-    return timed if timed and len(timed) == len(eom.inputs) else None
+    still = not moves_breakpoints(eom, [f.whole for f in timed], course.by)
+    return timed if still and timed and len(timed) == len(eom.inputs) else None

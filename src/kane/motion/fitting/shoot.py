@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`shoot`: inputs, parameters and start values with which a motion ends where it should, at the least cost, by shooting.
 
-The cost is J = e(x(T)) + ∫ L dt, the integral by Gauss and Legendre's quadrature over panels. Gradients of costs and conditions are
+The cost is J = e(x(T)) + ∫ L dt, the integral along the way back, across events. Gradients of costs and conditions are
 those of the variational equations, or of the adjoint ones, exact as the motion is (Betts 2010, ch. 3: direct shooting). Inputs of
 time that are linear in the unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead to
 is run as one.
@@ -23,9 +23,8 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.motion.derivatives.backwards import AdjointSensitivities
-from kane.motion.derivatives.forwards import Sensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion, interval
-from kane.motion.derivatives.pulling import Pulling
+from kane.motion.derivatives.pulling import Integrand, Pulling
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
 from kane.motion.solution.phases import Indices
@@ -147,7 +146,7 @@ class Aim:
         return len(self.ends) + self.costs
 
     def value(self, motion: Solution) -> float:
-        """J of a motion with samples at `times`."""
+        """J of a smooth motion with samples at `times`."""
         total = 0.0 if self.cost is ZERO else float(motion[self.cost][-1])
         if self.integral is not ZERO:
             total += float(self.weights @ motion[self.integral][self.rows(motion)])
@@ -193,37 +192,36 @@ class Flight:
         """What is wanted of the motion at z and its slopes: by one way back where that is cheaper."""
         key = z.tobytes()
         if self._last is None or self._last[0] != key:
-            course, motion = self.at(z), self.motion(z, self.aim.times)
+            course, motion = self.at(z), self.motion(z, 2)
             drives = motion.phases[0].inputs.values()
             back = self.aim.numbers <= _MANY * len(course.by) and Pulling.serves(drives)
-            ends, by_ends, cost = (
-                self._backwards(course.backwards(motion)) if back else self._forwards(course.sensitivities(motion))
+            ends, by_ends, cost, by_cost = (
+                self._backwards(course.backwards(motion)) if back else self._forwards(course, motion)
             )
-            self._last = key, Differentiated(ends, by_ends * self.sizes, self.aim.value(motion), cost * self.sizes)
+            self._last = key, Differentiated(ends, by_ends * self.sizes, cost, by_cost * self.sizes)
         return self._last[1]
 
-    def _forwards(self, s: Sensitivities) -> tuple[Array, Array, Array]:
-        """Values of the conditions, their slopes, and those of the cost."""
-        aim, k = self.aim, len(self.sizes)
-        cost = np.zeros(k) if aim.cost is ZERO else s[aim.cost][-1].copy()
+    def _forwards(self, course: ParametricMotion, motion: Solution) -> tuple[Array, Array, float, Array]:
+        """Values of the conditions, their slopes, the cost and its slopes: its integral is found on the way back."""
+        aim, k, s = self.aim, len(self.sizes), course.sensitivities(motion)
+        cost, by_cost = 0.0, np.zeros(k)
+        if aim.cost is not ZERO:
+            cost, by_cost = float(motion[aim.cost][-1]), s[aim.cost][-1]
         if aim.integral is not ZERO:
-            cost = cost + aim.weights @ s[aim.integral][aim.rows(s.motion)]
-        values, slopes = [s.motion[e][-1] for e in aim.ends], [s[e][-1] for e in aim.ends]
-        return np.array(values), np.array(slopes).reshape(-1, k), cost
+            along = course.backwards(motion).cost(integral=aim.integral)
+            cost, by_cost = cost + along.value, by_cost + along.gradient
+        values, slopes = [motion[e][-1] for e in aim.ends], [s[e][-1] for e in aim.ends]
+        return np.array(values), np.array(slopes).reshape(-1, k), cost, by_cost
 
-    def _backwards(self, s: AdjointSensitivities) -> tuple[Array, Array, Array]:
+    def _backwards(self, s: AdjointSensitivities) -> tuple[Array, Array, float, Array]:
         """The same."""
-        aim, last = self.aim, np.eye(len(s.motion))[-1]
+        aim, last, m = self.aim, np.eye(len(s.motion))[-1], len(self.aim.ends)
         numbers: list[dict[Expr, Array]] = [{e: last} for e in aim.ends]
-        if aim.costs:
-            whole = {} if aim.cost is ZERO else {aim.cost: last}
-            if aim.integral is not ZERO:
-                along = np.bincount(aim.rows(s.motion), aim.weights, len(s.motion))
-                whole[aim.integral] = whole.get(aim.integral, np.zeros(len(s.motion))) + along
-            numbers.append(whole)
-        values, slopes = s.weighted(numbers)
-        m = len(aim.ends)
-        return values[:m], slopes[:m], slopes[m] if aim.costs else np.zeros(len(self.sizes))
+        numbers += [{} if aim.cost is ZERO else {aim.cost: last}] * aim.costs
+        whole = Integrand(aim.integral, np.eye(len(numbers))[-1], s.motion.inputs)
+        values, slopes = s.weighted(numbers, None if aim.integral is ZERO else whole)
+        cost, by_cost = (float(values[m]), slopes[m]) if aim.costs else (0.0, np.zeros(len(self.sizes)))
+        return values[:m], slopes[:m], cost, by_cost
 
     def end(self, z: Array) -> Array:
         """The values of the conditions at the end."""
@@ -264,7 +262,7 @@ def shoot(
     end : {name or expression: value, or (low, high)} at the end of the motion
     cost : an expression at the end that is to be least
     integral : an expression whose integral over the motion is to be least, added to it
-    panels : of the quadrature of the integral, four points each; more where inputs bend within one
+    panels : into how many parts a motion is cut where short ones are joined; more where inputs bend within one
     bounds : {unknown: (low, high)}, None for no bound
     rtol, atol : tolerances of the motions
     tolerance : how near the conditions are to be met, of sizes of one
@@ -302,7 +300,7 @@ def shoot(
     with working("Shooting"):
         found = _joined(flight, first, (low, high), panels, tolerance, max_steps)
         if found is not None:
-            return _shot(flight, *found, tolerance)
+            return _shot(flight, *found, tolerance, aim.value)
         z, message = first / flight.sizes, ""
         flight.slopes(z)
         if aim.ends:
@@ -312,7 +310,7 @@ def shoot(
             near.steps = flight.steps
             z, message = _least(near, z * flight.sizes / near.sizes, (low, high), tolerance, max_steps)
             flight = near
-        return _shot(flight, z, message, tolerance)
+        return _shot(flight, z, message, tolerance, lambda motion: flight.slopes(z).cost)
 
 
 def _sizes(by: Sequence[Symbol], values: Array) -> Array:
@@ -338,7 +336,9 @@ def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral
     costs = [asked(eom.derived, e).roots[0] if isinstance(e, str) else as_expr(e) for e in (cost, integral)]
     if not ends and all(e is ZERO for e in costs):
         raise SimulationError("Expected something to aim at, got neither end= nor cost= nor integral=.")
-    edges = cut_at_bends(course, count)
+    drives = course.map.drives(course.parameters)
+    Integrand(costs[1], np.ones(1), drives).checked(eom)
+    edges = cut_at_bends(course, count, costs[1:])
     times, weights = gauss(_POINTS, edges.tolist())
     if costs[1] is ZERO:
         times, weights = edges[[0, -1]], np.zeros(2)
@@ -447,7 +447,7 @@ def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: flo
     return np.asarray(found.x), str(found.message)
 
 
-def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
+def _shot(flight: Flight, z: Array, message: str, tolerance: float, cost: Callable[[Solution], float]) -> Shot:
     aim, course = flight.aim, flight.at(z)
     at = flight.motion(z, np.unique(np.append(aim.times, course.end)))
     values = np.array([at[e][-1] for e in aim.ends])
@@ -462,7 +462,7 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
     motion = course.motion(np.linspace(course.map.t0, course.end, 501))
     return Shot(
         dict(zip(course.by, (z * flight.sizes).tolist(), strict=True)),
-        aim.value(at),
+        cost(at),
         float(off.max(initial=0.0)),
         motion,
         course.parameters,

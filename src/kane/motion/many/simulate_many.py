@@ -91,8 +91,8 @@ def simulate_many(
     outputs : {name: expression, vector, or name}, kept in place of the coordinates, speeds and states
     by : parameters, of the equations or of inputs that are expressions, and coordinates, speeds or states for their start values:
         variables "…_by" (instance, t, by) are the derivatives of what is kept, which equations carry along as further states, in
-        lanes, and across events by saltation. With contacts, or actions in Python or under constraints, they are found of each motion
-        by itself, as by `kn.fitting.sensitivities`
+        lanes, and across events by saltation. With contacts, or actions in Python or under constraints, or by parameters that move
+        when inputs or loads turn, they are found of each motion by itself, as by `kn.fitting.sensitivities`
     reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, in which NaN is beyond its
         end; or a dict of these by output
     threads : as many as there are processors unless told
@@ -172,7 +172,7 @@ def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, s
     eom, many, kept, _ = run
     wanted = unknowns(eom, many.at(0)["inputs"], by)
     check_reduced(kept)
-    if carries(eom):
+    if carries(eom, wanted, many.at(0)["inputs"]):
         one = varied_for(eom, many, wanted, plan.span, settings)
         return _Run(
             one.eom,
@@ -183,7 +183,7 @@ def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, s
     if stored:
         raise SimulationError(
             "Expected equations that carry the derivatives of motions along where there is a store=, got contacts, or actions in "
-            "Python or under constraints. Leave store= out."
+            "Python or under constraints, or parameters that move when inputs or loads turn. Leave store= out."
         )
     return run._replace(finish=lambda found: one_by_one(found, eom, plan, many, kept, wanted, settings))
 

@@ -23,17 +23,18 @@ from kane.errors import KaneError, SimulationError
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Parameter, StateVariable, Symbol, time
 from kane.expr.visit import substituted
 from kane.model.declarations import Event, target
 from kane.motion.derivatives.jumps import check_set
+from kane.motion.derivatives.moved_breakpoints import moves_breakpoints
 from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.derivatives.pulling import Laws
 from kane.motion.inputs.expressions import given_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.many.results import CARRIED, RecordedQuantity
-from kane.motion.right_hand_side import has_jumps
+from kane.motion.right_hand_side import rates_jump
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 
@@ -108,20 +109,31 @@ def varied(eom: Equations, by: tuple[Symbol, ...], laws: Laws) -> Varied:
     return Varied(eom, whole, by, carried, laws)
 
 
-def carries(eom: Equations) -> bool:
-    """Whether equations can carry the derivatives of their motions: contacts and actions in Python, or under constraints, cannot."""
-    actions = [e.then for e in eom.system.events if e.then is not None]
+def carries(eom: Equations, by: Sequence[Symbol], inputs: Mapping[Any, Any] | None) -> bool:
+    """Whether equations can carry the derivatives of their motions.
+
+    Contacts and actions in Python, or under constraints, cannot, nor what turns at times that some of `by` move, nor events of what
+    other events alone change.
+    """
+    acting = [e for e in eom.system.events if e.then is not None]
+    actions = [e.then for e in acting]
+    rates: dict[Any, Any] = dict(eom.system.states)
+    if any(all(isinstance(s, Parameter) or rates.get(s) is ZERO for s in free_symbols([e.quantity])) for e in acting):
+        return False
     known = all(isinstance(then, Mapping) for then in actions)
-    return known and not eom.system.contacts and not (actions and eom.constraints.constraints)
+    laws = [e for e in dict(inputs or {}).values() if isinstance(e, Expr)]
+    still = not moves_breakpoints(eom, laws, by)
+    return known and still and not eom.system.contacts and not (actions and eom.constraints.constraints)
 
 
 def _check(eom: Equations, laws: Laws) -> None:
     state = set(eom.state)
     of_state = [law for law in laws.whole.values() if not state.isdisjoint(free_symbols([law]))]
-    if has_jumps(eom, of_state):
+    if rates_jump(eom, of_state):
         raise SimulationError(
-            "Expected equations whose rates are smooth between events for the derivatives of motions, got loads or inputs that jump "
-            "at states. Declare dry friction as kn.contact or kn.joints.stiction, what switches by events that set a further state."
+            "Expected equations whose rates are smooth between events for the derivatives of motions, got loads, inputs or rates of "
+            "states that jump at states. Declare dry friction as kn.contact or kn.joints.stiction, what switches by events that set a "
+            "further state."
         )
 
 
