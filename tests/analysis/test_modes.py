@@ -53,6 +53,21 @@ def test_what_swings_is_not_stable_and_shapes_keep_their_signs():
     assert all(np.all(np.diff([mode.frequency for mode in linear.modes[:3]]) < 0) for linear in found)
 
 
+def test_the_least_stable_comes_first_beside_any_frequency():
+    """Masses that know nothing of each other, of which one leaves slowly."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q = kn.coordinates("x y z")
+    springs = [(1e9, 1e3), (4.0, 2e-3), (-1e-6, 0.0)]
+    P = [O.at(f"P{k}", s * N.x) for k, s in enumerate(q)]
+    loads = [kn.Force(p, -(k * s + c * s.dt) * N.x) for p, s, (k, c) in zip(P, q, springs, strict=True)]
+    bodies = [kn.Particle(f"b{k}", p, 1.0) for k, p in enumerate(P)]
+    linear = kn.linearize(kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads)), q=[0] * 3, u=[0] * 3)
+    assert linear.eigenvalues[0] == pytest.approx(1e-3, rel=1e-6)
+    assert not linear.stable
+    assert linear.modes[0].eigenvalue == linear.eigenvalues[0]
+
+
 def test_soft_springs_are_held():
     """A spring of a billionth of another's stiffness is no rounding."""
     soft = chain((1.0, 1.0), 1.0)

@@ -95,6 +95,17 @@ def test_what_dies_out_does_so_by_more_than_rounding():
             a = np.array([[0.0, 1.0], [-1.0 / t**2, -damping / t]])
             assert decays(a) == dies
             assert not decays(np.block([[swings, np.eye(2)], [np.zeros((2, 2)), a]]))
+    assert decays(np.array([[0.0, 1.0], [-1.0, -1e7]]))
+    for n, k in (
+        (8, 1e12),
+        (60, 1.0),
+    ):  # a chain on one soft spring with a weak damper; modes of very different frequencies
+        links = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+        links[0, 0] = links[-1, -1] = 1
+        one = np.diag([1.0] + [0.0] * (n - 1))
+        for damping, dies in ((1e-3, True), (0.0, False)):
+            stiff, damped = k * links + one, damping * (k / 1e3 * links + one)
+            assert decays(np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -damped]])) == dies
     assert decays(np.eye(4, k=1) - np.eye(4))
     assert decays(np.diag([-1e6, -1e-4]))
     assert not decays(np.zeros((1, 1)))

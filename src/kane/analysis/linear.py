@@ -16,10 +16,10 @@ import numpy as np
 from kane import expect, show
 from kane.equations.state import State
 from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError
-from kane.numeric.arrays import Array, Complex, Indices, Mask, leading, ranks
-from kane.numeric.rank import decays, singular
+from kane.numeric.arrays import Array, Complex, Mask, leading, ranks
+from kane.numeric.rank import Spectrum, decays, singular, spectrum
 from kane.numeric.sampling import names_in
-from kane.numeric.scale import EPS, GIVEN, ROUNDED, ROUNDED_ROOT
+from kane.numeric.scale import EPS, GIVEN, ROUNDED
 
 _LINK = 1e-9
 
@@ -97,17 +97,23 @@ class Linear(Attributes):
 
     @cached_property
     def eigenvalues(self) -> Complex:
-        """Eigenvalues of A (1/s), by falling real part, and where these are alike by falling imaginary part."""
-        roots = np.asarray(np.linalg.eigvals(self.A), dtype=complex)
-        return roots[_falling(roots)]
+        """Eigenvalues of A (1/s), by falling real part, and where rounding alone makes these differ by falling imaginary part."""
+        return self._spectrum.values
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """The modes in the order of the eigenvalues; one of each conjugate pair."""
-        values, vectors = np.linalg.eig(self.A)
-        shapes = np.asarray(vectors / vectors[leading(vectors), range(len(values))], dtype=complex)
-        pairs = [(complex(values[k]), shapes[:, k]) for k in _falling(values)]
-        return tuple(Mode(e, self.states, v) for e, v in pairs if e.imag >= 0)
+        values, vectors, _ = self._spectrum
+        shapes = vectors / vectors[leading(vectors), range(len(values))]
+        return tuple(
+            Mode(e, self.states, v) for e, v in zip(map(complex, values), shapes.T, strict=True) if e.imag >= 0
+        )
+
+    @cached_property
+    def _spectrum(self) -> Spectrum:
+        found = spectrum(self.A)
+        order = np.lexsort((-found.values.real, -found.values.imag, ranks(-found.values.real, found.rounding)))
+        return Spectrum(found.values[order], found.vectors[:, order], found.rounding[order])
 
     @property
     def stable(self) -> bool:
@@ -238,12 +244,6 @@ class Linear(Attributes):
     def __repr__(self) -> str:
         values = ", ".join(f"{v:.4g}" for v in self.eigenvalues)
         return f"Linear({', '.join(self.states)}; eigenvalues {values})"
-
-
-def _falling(roots: Complex) -> Indices:
-    """The order of numbers by falling real part; where these are equal but for rounding by falling imaginary part."""
-    alike = ranks(-roots.real, ROUNDED_ROOT * float(np.abs(roots).max(initial=0)))
-    return np.lexsort((-roots.real, -roots.imag, alike))
 
 
 def _links(a: Array, terms: Array | None = None) -> Mask:

@@ -34,11 +34,11 @@ def product(a: Array, b: Array) -> Array:
     return total
 
 
-def ranks(x: Array, apart: float) -> Indices:
-    """The place of each number (k) in increasing order; those whose neighbours are no further `apart` share theirs."""
+def ranks(x: Array, apart: Array | float) -> Indices:
+    """The place of each number (k) in increasing order; those whose neighbours are no further `apart`, of either, share theirs."""
     order = np.argsort(x, kind="stable")
-    places = np.zeros(len(x), dtype=np.intp)
-    places[order[1:]] = np.cumsum(np.diff(x[order]) > apart)
+    places, each = np.zeros(len(x), dtype=np.intp), np.broadcast_to(apart, x.shape)[order]
+    places[order[1:]] = np.cumsum(np.diff(x[order]) > np.maximum(each[1:], each[:-1]))
     return places
 
 

@@ -14,11 +14,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.numeric.arrays import Array, Mask
-from kane.numeric.scale import DERIVE_RANK, MOTION_RANK, ROUNDED, ROUNDED_SUM, SOLVE_RANK, SPEEDS_RANK, TAKES_PART
+from kane.numeric.arrays import Array, Complex, Mask
+from kane.numeric.scale import (
+    DERIVE_RANK,
+    MOTION_RANK,
+    ROUNDED,
+    ROUNDED_SUM,
+    ROUNDED_TERMS,
+    SOLVE_RANK,
+    SPEEDS_RANK,
+    TAKES_PART,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,20 +225,55 @@ def sure_rows(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None) ->
     return np.asarray(rows[values > MOTION_RANK * values[0]])
 
 
+class Spectrum(NamedTuple):
+    """Eigenvalues λ (n) of a real A, their vectors (n × n, columns), and how far rounding may move Re λ (n)."""
+
+    values: Complex
+    vectors: Complex
+    rounding: Array
+
+
+def spectrum(a: Array) -> Spectrum:
+    """The eigenvalues of A, measured such that rows and columns are alike.
+
+    Of vectors x and y from the left, δA moves Re λ by Re (yᴴ δA x / yᴴx) to the first order. What rounding makes of A is real: it
+    moves the frequency of what swings, and its real part hardly, however large other frequencies are.
+    """
+    if not a.size:
+        return Spectrum(np.zeros(0, complex), np.zeros((0, 0), complex), np.zeros(0))
+    from scipy.linalg import eig, matrix_balance  # take their time to import
+
+    alike, (scale, _) = matrix_balance(a, permute=False, separate=True)
+    found: Any = eig(a, left=True, right=True)
+    values, left, right = found
+    x, y = right / scale[:, None], left * scale[:, None]
+    with np.errstate(all="ignore"):  # of a λ that has several vectors too few yᴴx is zero
+        y = y / np.conj((y.conj() * x).sum(axis=0))
+        # ‖Re (ȳ xᵀ)‖ of each
+        parts = (y.real**2).sum(axis=0) * (x.real**2).sum(axis=0) + (y.imag**2).sum(axis=0) * (x.imag**2).sum(axis=0)
+        crossed = (y.real * y.imag).sum(axis=0) * (x.real * x.imag).sum(axis=0)
+        size = np.sqrt(np.maximum(parts + 2 * crossed, 0.0))
+        rounding = ROUNDED_TERMS * float(np.linalg.norm(alike)) * size
+    return Spectrum(values, right, np.where(np.isfinite(rounding), rounding, np.inf))
+
+
 def decays(a: Array) -> bool:
     """Whether all x of ẋ = A x die out: no λ has Re λ ≥ 0, nor has any of a matrix that is A but for rounding.
 
-    A − iω is then regular at every ω; it is looked at beside each λ, x measured such that rows and columns of A are alike.
+    Re λ is below zero by more than rounding moves it; or A − iω is regular beside λ, as where λ has several vectors too few.
     """
-    if not a.size:
-        return True
-    from scipy.linalg import matrix_balance  # takes its time to import
+    from scipy.linalg import matrix_balance
 
+    values, _, rounding = spectrum(a)
+    if not np.all(values.real < 0):
+        return False
+    doubtful = values[values.real >= -rounding]
+    if not len(doubtful):
+        return True
     alike = np.asarray(matrix_balance(a)[0])
-    roots = np.linalg.eigvals(alike)
-    beside = alike - 1j * roots.imag[:, None, None] * np.eye(len(a))
+    beside = alike - 1j * doubtful.imag[:, None, None] * np.eye(len(a))
     least = np.linalg.svd(beside, compute_uv=False)[:, -1]
-    return bool(np.all((roots.real < 0) & (least > ROUNDED * np.linalg.norm(alike))))
+    return bool(np.all(least > ROUNDED * np.linalg.norm(alike)))
 
 
 # Lengths in the metric of M ------------------------------------------------------------------------------------------

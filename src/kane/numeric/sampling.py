@@ -80,7 +80,7 @@ def unit(values: dict[Any, Any], groups: Iterable[Sequence[Any]]) -> dict[Any, A
 def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = (), spread: float = 1.0) -> list[float]:
     """Values at one point: parameters at their defaults, other symbols drawn; `groups` of them are Euler parameters.
 
-    What is drawn of lengths, and of what has no unit, is multiplied by `spread`. For questions about structure (is this zero
+    What is drawn is multiplied by `spread`, but for angles and Euler parameters. For questions about structure (is this zero
     everywhere?), asked while deriving: one pass over the graph.
     """
     wanted = list(roots)
