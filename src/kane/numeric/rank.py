@@ -268,8 +268,6 @@ def decays(a: Array) -> bool:
     if not np.all(values.real < 0):
         return False
     doubtful = values[values.real >= -rounding]
-    if not len(doubtful):
-        return True
     alike = np.asarray(matrix_balance(a)[0])
     beside = alike - 1j * doubtful.imag[:, None, None] * np.eye(len(a))
     least = np.linalg.svd(beside, compute_uv=False)[:, -1]
