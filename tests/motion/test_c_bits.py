@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Programs in C give the motions of `simulate` bit by bit, where no a·b + c is contracted."""
 
+import math
 import os
 import subprocess
 import warnings
@@ -174,6 +175,28 @@ def test_motions_begin_at_any_time(tmp_path, name):
             eom, (start, start + 1), q=q, u=0 * q, samples=11, method="tsit5", settings=EXACT, **TOLERANCES, **more
         )
         given = [start, start + 1, *sol.states[0], *(sol.parameters[p] for p in eom.parameters)]
+        done = subprocess.run([program, *(repr(float(x)) for x in given)], capture_output=True, text=True, check=True)
+        agree(sol, np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()]))
+
+
+def test_stops_with_hardly_a_number_between_them(tmp_path):
+    """Also where the motion begins just before one."""
+    first, second = kn.parameters("T1 T2", unit="s")
+    law = kn.where(kn.less(kn.time, first), 0, 1) + kn.where(kn.less(kn.time, second), 0, 1)
+    N = kn.Frame("N")
+    x = kn.coordinate("x")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds="rates", loads=[kn.Force(P, law * N.x)]))
+    text = emit_simulator(eom.compile(name="two", contract=False), "tsit5") + LATER.replace("@NAME@", "two").replace(
+        "@CAPS@", "TWO"
+    )
+    program = compiled(tmp_path, "two", text, "-O0", "-DTWO_NO_MAIN")
+    near = math.ulp(0.7)
+    for begin, apart in [(0.0, k) for k in range(10, 18)] + [(0.7 + k * near, 1e9) for k in range(-9, 3)]:
+        values = {first: 0.7, second: 0.7 + apart * near}
+        options = {"method": "tsit5", "settings": EXACT, "samples": 11, **TOLERANCES}
+        sol = kn.simulate(eom, (begin, begin + 1), q=[0], u=[0], parameters=values, **options)
+        given = [begin, begin + 1, 0.0, 0.0, *(values[p] for p in eom.parameters)]
         done = subprocess.run([program, *(repr(float(x)) for x in given)], capture_output=True, text=True, check=True)
         agree(sol, np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()]))
 

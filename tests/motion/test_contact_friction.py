@@ -83,16 +83,17 @@ def test_a_slip_in_space_ends_whatever_tolerances_leave_of_it(tolerances):
     """A block and a ball of radius R, after m/c ln(1 + c v/(μ m g)) and 2 v/(7 μ g), however slips turn in their coordinates."""
     eom, _ = block(0.2, viscous=0.8, space=True)
     ball, (v, spin), radius = kn.derive(pool_ball.system()), (2.0, 8.0), 0.3
+    near = 100 * max(tolerances.values(), default=1e-8)
     stops = 2 / 0.8 * np.log(1 + 0.8 * 5 / (0.2 * 2 * G))
     for way in np.linspace(0, 6.2, 20):
         along = np.array([np.cos(way), np.sin(way)])
         sol = kn.simulate(eom, (0, 5), q=[0, 0, 0], u=[5 * along[0], 0, 5 * along[1]], samples=2, **tolerances)
-        assert times(sol, "floor sticks") == [pytest.approx(stops, abs=1e-5)]
+        assert times(sol, "floor sticks") == [pytest.approx(stops, abs=near)]
         start = {"q": [0, 0, radius, 1, 0, 0, 0], "u": [*(v * along[::-1]), 0, *(spin * along), 20 * along[0]]}
         sol = kn.simulate(ball, (0, 2), **start, parameters={"R": radius}, samples=2, **tolerances)
         slip = np.hypot(v * along[1] - radius * spin * along[1], (v + radius * spin) * along[0])
         assert words(sol, "table") == ["slip", "stick"]
-        assert times(sol, "table sticks") == [pytest.approx(2 * slip / (7 * 0.2 * G), abs=1e-5)]
+        assert times(sol, "table sticks") == [pytest.approx(2 * slip / (7 * 0.2 * G), abs=near)]
 
 
 def test_a_separated_contact_has_no_viscous_friction():

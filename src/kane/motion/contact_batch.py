@@ -110,14 +110,18 @@ class ContactBatch:
         parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
         return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
 
-    def run(self, x: Array, p: Array, alone: Callable[[int], None]) -> Iterator[Led]:
+    def run(
+        self, x: Array, p: Array, alone: Callable[[int], None], stops: Callable[[], bool] = lambda: False
+    ) -> Iterator[Led]:
         """The motions from (q, u, a), a row of x each, with parameters, rows of p, some at a time; of the others `alone` is called."""
         begin = 0
-        while begin < len(x):
-            led, begin = self._led(x, p, begin, alone)
+        while begin < len(x) and not stops():
+            led, begin = self._led(x, p, begin, alone, stops)
             yield led
 
-    def _led(self, x: Array, p: Array, begin: int, alone: Callable[[int], None]) -> tuple[Led, int]:
+    def _led(
+        self, x: Array, p: Array, begin: int, alone: Callable[[int], None], stops: Callable[[], bool]
+    ) -> tuple[Led, int]:
         """The motions from the row `begin` on, as many as there is room for, and the row after them."""
         which, steps, records, samples, every = (
             list[int](),
@@ -128,7 +132,7 @@ class ContactBatch:
         )
         own, free = self.taken(p[begin])
         n, room = begin, _ROOM
-        while n < len(x) and room > 0:
+        while n < len(x) and room > 0 and not stops():
             own.renew(p[n])
             if own.leads(x[n]):
                 which.append(n)

@@ -17,7 +17,7 @@ from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import HELD, RECENT, Came, Counts, Course, Method, StepFound, StepVerdict
 from kane.motion.hybrid.automaton import ended_by_last, leaving, on_their_sides
 from kane.motion.hybrid.events import StepSeen
-from kane.motion.inputs.breakpoints import next_end, on_from, stretch
+from kane.motion.inputs.breakpoints import on_from, stretch
 from kane.motion.inputs.expressions import SampleAndHold, controllers
 from kane.motion.methods import implicit, kernel_of
 from kane.motion.projection import Numbers
@@ -93,9 +93,9 @@ def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers:
     found, instants = list[float](), {t for one in controllers for t in one.instants(span[1])}
     _, end = stretch(breakpoints, *span)
     while end < span[1]:
-        begin = on_from(end)
-        asks = not instants.isdisjoint(breakpoints[bisect_left(breakpoints, end) : bisect_right(breakpoints, begin)])
-        end = next_end(breakpoints, begin, span[1])
+        before, (begin, until) = end, stretch(breakpoints, on_from(end), span[1])
+        asks = not instants.isdisjoint(breakpoints[bisect_left(breakpoints, before) : bisect_right(breakpoints, begin)])
+        end = until
         found += [begin, end, float(asks)]
     return np.array(found)
 

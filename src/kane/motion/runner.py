@@ -34,6 +34,7 @@ from kane.motion.hybrid.automaton import (
     check_witnesses,
     ended_by_last,
     evaluated,
+    leapt_over,
     on_their_sides,
     phase_after,
     stands_beside,
@@ -325,11 +326,18 @@ class Runner:
                         self._continued(eom, x, phase, begun, stiffness), _again=again, _options=self.options
                     ), False
                 if self.now.events is not None:
+                    if back is ReturnCode.END and self._leapt(eom):
+                        return None, False
                     self._logged_events()
                 k, e, _ = self.verdict.T
                 kept = not self._jumps(back) and bool(keeps_sharply(k, e, self.some[:, -1], self.method.rtol))
                 return self._ended(eom, phase, back, again), kept and not self.bends
         return None, False
+
+    def _leapt(self, eom: Equations) -> bool:
+        """Whether a quantity passes its threshold between the last step and the end, by rounding alone."""
+        own = len(eom.events)
+        return bool(leapt_over(eom.events, self.given["seen"][:own], self.now.watch(self.span[1], self.y)[:own]))
 
     def _ended(
         self, eom: Equations, phase: Phase, back: ReturnCode, again: Callable[..., Any] | None = None

@@ -309,12 +309,19 @@ def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:
 
 
 def leaving(given: Given, events: tuple[Event, ...]) -> dict[str, Leaves]:
-    """How quantities leave their thresholds, as the kernel has it now."""
-    rows = given["leaves"][: len(events) * LEAVES].reshape(-1, LEAVES)
+    """How quantities leave their thresholds, as the kernel has it now.
+
+    One that was met where a switch turned, and is yet to pass, leaves to the side beyond.
+    """
+    rows, count = given["leaves"][: len(events) * LEAVES].reshape(-1, LEAVES), int(given["events"])
+    early = given["turns"][count:] if "turns" in given else np.zeros(len(events))
+    gaps = given["seen"][: len(events)] - given["least"][: len(events)]
     return {
         event.name: Leaves(float(row[1]), int(row[2]), float(row[3]))
-        for event, row in zip(events, rows, strict=True)
         if row[0]
+        else Leaves(-math.copysign(1.0, gap), 1, 2 * abs(gap))
+        for event, row, met, gap in zip(events, rows, early, gaps.tolist(), strict=False)
+        if row[0] or met > 0
     }
 
 

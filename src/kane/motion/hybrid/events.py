@@ -62,6 +62,7 @@ def events_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: f
 
     found = crossings(events, look, times, values, thresholds(events, largest), fresh, steps_since(times, since, end))
     found += vanishing(events, now.watch, dense, times, values, largest, rtol)
+    found = [(event, min(t, end)) for event, t in found]
     noted, at_once = up_to_a_break(found, float(times[-1] - times[0]))
     return noted, ended_by(at_once, noted)
 
@@ -138,7 +139,7 @@ def crossings(
     # where kinematics end the state just before is meant: there the energy may be infinite
     early = [SAME_TIME * isinstance(e, KinematicsEnd) for e in events]
     met = [(int(k), share) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
-    return [(events[k], min(start + max(share - early[k], 0.0) * h, float(times[-1]))) for k, share in met]
+    return [(events[k], start + max(share - early[k], 0.0) * h) for k, share in met]
 
 
 def _returns(leaves: Leaves | None, beyond: Array) -> bool:

@@ -158,7 +158,11 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
     if held and reach is not None:
         rows, columns = np.array(entries(now.eom), dtype=int).reshape(-1, 2).T
         table["held_reach"][:, :-1] = reach[:, rows, columns]
-    begins = _beside_no_threshold(now, given, spans[:, 0], table) if now.events is not None else np.ones(count, bool)
+    begins = np.ones(count, bool)
+    if now.events is not None:  # the others are for Python
+        begins, values = _beside_no_threshold(now, given, spans[:, 0], table["y"], table)
+        table["seen"][:, : values.shape[1]], table["largest"][:, : values.shape[1]] = values, np.abs(values)
+        table["leaves"][:] = 0.0
     stored = {name: sizes[name] for name in SAVED if name in turned}
     results = np.full((int(begins.sum()), sum(stored.values())), np.nan)
     names = [a.name for a in kernel.kernel.arguments if isinstance(a, ArrayOf)]
@@ -180,6 +184,10 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
     whole[begins] = results
     whole[~begins, : SIZE + n] = np.hstack([table["s"], table["y"]])[~begins]
     whole[~begins, Slot.BACK] = ReturnCode.LOOK
+    if now.events is not None:  # so are those at whose end rounding may lead across a threshold
+        beside, _ = _beside_no_threshold(now, given, spans[:, 1], whole[:, SIZE : SIZE + n], table)
+        across = (whole[:, Slot.BACK] == ReturnCode.END) & ~beside
+        whole[across, Slot.BACK], whole[across, Slot.HELD] = ReturnCode.LOOK, 0.0
     return _ends(dict(zip(stored, np.split(whole, np.cumsum([*stored.values()])[:-1], axis=1), strict=True)), times)
 
 
@@ -217,18 +225,19 @@ def _codes(now: Routines, width: int, callees: list[str], rates: Selection | Non
     return codes if rates is None else codes | {"rhs": rates.call, "hoist_h": rates.hoist}
 
 
-def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[str, Array]) -> Mask:
-    """The instances that start at no threshold of an event, of which `table` is then told; the others are for Python."""
+def _beside_no_threshold(
+    now: Routines, given: Given, t: Array, y: Array, table: Mapping[str, Array]
+) -> tuple[Mask, Array]:
+    """The instances that are surely at no threshold of an event at times t and y, with the quantities there."""
     routine, count = evaluated(now)["glance"], given["events"]
     wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
-    x, p, r = table["y"][:, : now.width], table["p"][:, :wanted], table["r"][:, : len(now.drives)]
+    x, p, r = y[:, : now.width], table["p"][:, :wanted], table["r"][:, : len(now.drives)]
     known: Mask = np.array(np.isfinite(np.hstack([x, p, r])).all(axis=1))
     found = np.full((len(t), 2 * count), np.nan)
     if known.any():
         found[known] = routine(t[known], x[known], p[known], r[known] if now.drives else None)
     values, terms = found[:, :count], found[:, count:]
-    table["seen"][:, :count], table["largest"][:, :count], table["leaves"][:] = values, np.abs(values), 0.0
-    return are_beside(now, given, values, terms) & np.isfinite(found).all(axis=1)
+    return are_beside(now, given, values, terms) & np.isfinite(found).all(axis=1), values
 
 
 def _ends(stored: Mapping[str, Array], times: Array) -> Ends:

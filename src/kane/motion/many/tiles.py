@@ -161,7 +161,7 @@ class ContactPool:
                 found[begun.places[n]] = decided(_simulated, family, begun.places[n])
 
         finished = list[Finished]()
-        for led in batch.run(begun.x, begun.p, alone):
+        for led in batch.run(begun.x, begun.p, alone, stop.is_set):
             kept = batch.judged(led, begun.p)
             for n in led.which[~kept].tolist():
                 alone(n)

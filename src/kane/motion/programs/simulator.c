@@ -82,22 +82,31 @@ static double spacing(double t)
     return nextafter(fabs(t), (double)INFINITY) - fabs(t);
 }
 
-@FIND_STOPS@/* Where the step from the time at hand on ends: just before the next stop. */
+@FIND_STOPS@/* Where the step from the time at hand on begins and ends: just before the next stop, beyond one before which there is no room. */
 static void aim(@NAME@_motion *m)
 {
-    const double t = m->s[AT_TIME];
+    double t = m->s[AT_TIME];
     double stop = m->end;
     for (int64_t turn = 0; turn <= STOPS; turn++) {
-        if ((m->stop >= m->stop_count) || (m->stops[m->stop] > t)) {
+        if ((m->stop >= m->stop_count) || (m->stops[m->stop] >= m->end)) {
             break;
+        }
+        if (m->stops[m->stop] > t) {
+            const double before = m->stops[m->stop] - (@ULPS@.0 * spacing(m->stops[m->stop]));
+            const double beyond = before + ((4.0 * @ULPS@.0) * spacing(before));
+            if ((before > (t + ((4.0 * @ULPS@.0) * spacing(t)))) || (beyond >= m->end)) {
+                break;
+            }
+            t = beyond;
         }
         m->stop++;
     }
+    m->s[AT_TIME] = t;
     if (m->stop < m->stop_count) {
         stop = m->stops[m->stop];
     }
     @AIM_AT_CONTROL@
-    m->s[AT_END] = (stop < m->end) ? (stop - (@ULPS@.0 * spacing(stop))) : m->end;
+    m->s[AT_END] = (stop < m->end) ? fmax(t, stop - (@ULPS@.0 * spacing(stop))) : m->end;
     m->s[AT_STEP] = @FIXED@ ? m->max_step : 0.0;
     m->s[AT_FRESH] = 1.0;
     m->s[AT_SIDED] = 0.0;

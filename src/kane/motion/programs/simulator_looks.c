@@ -9,7 +9,7 @@ static bool goes_on(@NAME@_motion *m)
     const double half = 0.5 * fmin(fmin(fmax(m->s[AT_STEP], shortest), m->s[AT_LONGEST]), left);
     const bool asked = (m->s[AT_HELD] > 0.0) && !(m->s[AT_LOOKED] > 0.0);
     const bool poorer = asked && (m->s[AT_HELD] == @POORER@) && (m->s[AT_SHARE] <= @UNUSABLE@);
-    const bool shorter = asked && !poorer && (half > (@SAME_TIME@ * m->s[AT_SPAN]));
+    const bool shorter = asked && !poorer && (half > (@SAME_TIME@ * fmax(fabs(m->s[AT_TIME]), m->s[AT_SPAN])));
     if (poorer) {
         m->s[AT_LOOKED] = 1.0;
     }
