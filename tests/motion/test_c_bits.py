@@ -201,6 +201,25 @@ def test_stops_with_hardly_a_number_between_them(tmp_path):
         agree(sol, np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()]))
 
 
+def test_constraints_far_from_the_origin_of_time_come_to_an_end(tmp_path):
+    """A crank and a rod of one length, through the position where both lie on each other: where steps are no shorter, it says so."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    a, x = kn.coordinates("a x")
+    P, Q = O.at("P", N.rotate("A", a, N.z).x), O.at("Q", x * N.x)
+    loop = (kn.cos(a) - x) ** 2 + kn.sin(a) ** 2 - 1
+    bodies = [kn.Particle("p", P, 1), kn.Particle("q", Q, 1)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", holonomic=[loop]))
+    text = emit_simulator(eom.compile(name="crank", contract=False), "dop853")
+    text += LATER.replace("@NAME@", "crank").replace("@CAPS@", "CRANK")
+    program = compiled(tmp_path, "crank", text, "-O1", "-DCRANK_NO_MAIN")
+    start = kn.assemble(eom, q={"a": 1.2, "x": 2 * np.cos(1.2)}, u={"u_a": 1.0})
+    for begin in (0.0, 1e5, 3e5):
+        given = [begin, begin + 1, *start.q.values(), *start.u.values()]
+        done = subprocess.run([program, *(repr(float(z)) for z in given)], capture_output=True, timeout=60)
+        assert done.returncode in (0, 1)
+
+
 @pytest.mark.grows
 @pytest.mark.parametrize("first", range(0, RANDOM, 10))
 def test_random_motions_are_those_of_simulate(tmp_path, first):
