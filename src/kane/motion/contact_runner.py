@@ -224,7 +224,7 @@ class ContactRunner:
         p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
         stepper = Stepper(mode, p, drives, self.settings)
         name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
-        if not _fits(stepper, name) or any(a is not b for a, b in zip(mode.inputs, self.eom.inputs, strict=True)):
+        if not _fits(stepper, name) or [*map(id, mode.inputs)] != [*map(id, self.eom.inputs)]:
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
         samples = {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1}

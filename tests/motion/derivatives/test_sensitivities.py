@@ -314,3 +314,49 @@ def test_samples_beyond_the_end_are_refused():
         sensitivities(eom, (0, 1), by, q=[0.4], u=[0], inputs=inputs, samples=[0.5, 3.0])
     with pytest.raises(kn.SimulationError, match="to differentiate by, got None"):
         sensitivities(eom, (0, 1), None, q=[0.4], u=[0], inputs=inputs)
+
+
+@pytest.mark.parametrize("floor", ["contact", "function"])
+def test_of_parameters_of_inputs_alone_across_impacts(floor):
+    system, _, (_, F, x, u) = pushed()
+    b = kn.parameter("b", 0.2)
+    falls = kn.Event("floor", x, direction=-1, then=lambda t, q, u, parameters: {"u": -0.5 * next(iter(u.values()))})
+    stop = {"contacts": [kn.joints.stop("floor", x, restitution=0.5)]}
+    eom = kn.derive(system.replace(**(stop if floor == "contact" else {"events": [falls]})))
+    law = kn.where(kn.less(kn.time, b), 0.0, 2.0) - 9.81
+    given = {"q": {x: 1.0}, "u": {u: 0.0}, "inputs": {F: law}, "parameters": {b: 0.2}}
+    wanted = differences(eom, (0, 0.8), (b,), given, 2, rows=[-1])
+    for method in ("forward", "adjoint"):
+        s = sensitivities(eom, (0, 0.8), [b], samples=2, method=method, **given)
+        np.testing.assert_allclose(s.states[-1:], wanted, rtol=1e-7)
+
+
+def test_of_a_floor_that_an_input_moves():
+    """A floor at r = b sin 3t: the speed after the impact is ṙ − e (u − ṙ), and b moves ṙ."""
+    N, r, b = kn.Frame("N"), kn.input("r"), kn.parameter("b", 0.2)
+    x, u = kn.coordinate("x"), kn.speed("u")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x)
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O.at("Q", r * N.x), normal=N.x), restitution=0.5)
+    eom = kn.derive(
+        kn.System(
+            N, bodies=[kn.Particle("B", P, 1.0)], speeds={u: x.dt}, loads=[kn.gravity(-9.81 * N.x)], contacts=[floor]
+        )
+    )
+    given = {"q": {x: 1.0}, "u": {u: 0.0}, "inputs": {r: b * kn.sin(3 * kn.time)}, "parameters": {b: 0.2}}
+    s = sensitivities(eom, (0, 0.8), [b, x], samples=2, **given)
+    wanted = differences(eom, (0, 0.8), (b, x), given, 2, rows=[-1])
+    np.testing.assert_allclose(s.states[-1:], wanted, rtol=1e-7)
+
+
+def test_errors_of_actions_are_told_as_they_are():
+    system, _, (_, F, x, _) = pushed()
+
+    def then(t, q, u, parameters):
+        if next(iter(u.values())) < -4.4295:  # beside the motion, which comes with −4.42945
+            raise kn.ArgumentError("my own trouble: table ends")
+        return {"u": -0.5 * next(iter(u.values()))}
+
+    eom = kn.derive(system.replace(events=[kn.Event("floor", x, direction=-1, then=then)]))
+    with pytest.raises(kn.ArgumentError, match="table ends"):
+        sensitivities(eom, (0, 0.8), [x], samples=2, q=[1.0], u=[0.0], inputs={F: -9.81})

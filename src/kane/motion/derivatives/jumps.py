@@ -7,7 +7,6 @@ central ones, but to one side where the map ends: a coefficient of restitution i
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -144,8 +143,10 @@ def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequ
 # Maps of numbers -------------------------------------------------------------------------------------------------------------
 
 
-def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: str) -> Array:
-    """∂map/∂z (m × n) by differences of sixth order.
+def differenced(
+    map_: Callable[[Array], Array], at: Array, sizes: Array, what: str, ends: tuple[type[Exception], ...] = ()
+) -> Array:
+    """∂map/∂z (m × n) by differences of sixth order; by errors of the kinds `ends` the map says that it ends, others are its own.
 
     Raises
     ------
@@ -158,21 +159,26 @@ def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: s
         e = np.eye(len(at))[i] * step
         return np.asarray(sum(w * map_(at + k * e) for k, w in weights.items()) / step)
 
+    ended: list[Exception] = []
+
     def every(i: int, weights: Mapping[int, float]) -> list[Array]:
         """The columns of the lengths with which the map does not end."""
         result = []
         for length in _LENGTHS:
-            with suppress(ArgumentError):
+            try:
                 result.append(column(i, length, weights))
+            except ends as error:
+                ended.append(error)
         return result
 
     found = []
     for i in range(len(at)):
         some = next((own for weights in _WEIGHTS if len(own := every(i, weights)) > 1), [])
-        every_apart = [float(np.abs(b - a).max(initial=0)) for a, b in pairwise(some)]
-        apart = np.nan_to_num(every_apart or [np.inf], nan=np.inf)
+        if not some:
+            raise ended[-1]
+        apart = np.nan_to_num([float(np.abs(b - a).max(initial=0)) for a, b in pairwise(some)], nan=np.inf)
         best = int(np.argmin(apart))
-        if not apart[best] <= SIX_DIGITS * max(float(np.abs(some[best]).max(initial=0)) if some else 0.0, 1.0):
+        if not apart[best] <= SIX_DIGITS * max(float(np.abs(some[best]).max(initial=0)), 1.0):
             raise SimulationError(
                 f"Expected {what} to be smooth beside the cycle, got one that has corners there: near by another law holds, as where "
                 "friction just holds in an impact. Take other values of the parameters."
@@ -199,16 +205,16 @@ def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlo
     place = {s: i for i, s in enumerate(own.parameters)}
 
     def instant(z: Array) -> Instant:
-        phase = Phase(dict(own.parameters) | dict(zip(by, z[n + 1 :].tolist(), strict=True)), own.inputs)
+        phase = _at(own, by, z[n + 1 :])
         return acted(Instant(first, first, float(z[n]), z[:n], phase), [event], float(z[n]) + 1.0)
 
     def after(z: Array) -> Array:
         found = instant(z)
         return np.append(found.x, [*found.phase.parameters.values()])
 
-    now = instant(np.array([*before.x, before.t, *(own.parameters[s] for s in by)])).phase
+    now = instant(np.array([*before.x, before.t, *_values(own, by)])).phase
     _refuse([s for s, f in now.inputs.items() if not _goes_on(own.inputs[s], f)], event)
-    x, t, p = _split(after, before, by, f"the action of the event {event.name!r}")
+    x, t, p = _split(after, before, _values(own, by), f"the action of the event {event.name!r}")
     kept = np.array([[float(s is b) for b in by] for s in place]).reshape(len(place), len(by))
     moved = np.column_stack([x[n:], t[n:], p[n:] - kept])
     _refuse([s for s, i in place.items() if np.abs(moved[i]).max() > SIX_DIGITS], event)
@@ -217,7 +223,7 @@ def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlo
 
 def _goes_on(f: Any, g: Any) -> bool:
     """Whether an input is as it was; parameters in it may have other values."""
-    return same_drive(f, g) or (isinstance(f, Formula) and isinstance(g, Formula) and f.expr is g.expr)
+    return same_drive(f, g) or (isinstance(f, Formula) and isinstance(g, Formula) and f.whole is g.whole)
 
 
 def _refuse(found: Sequence[Expr], event: Event) -> None:
@@ -226,11 +232,39 @@ def _refuse(found: Sequence[Expr], event: Event) -> None:
     expect.none(map(str, found), told, "one that sets {}", cure, error=SimulationError)
 
 
-def _split(after: Callable[[Array], Array], before: Side, by: Sequence[Parameter], what: str) -> JumpSlopes:
-    n, values = before.now.width, np.array([before.phase.parameters[p] for p in by])
+def parameters_of(phase: Phase) -> dict[Expr, Any]:
+    """The values of parameters, of the equations or of inputs alone."""
+    gains = [f.gains for f in phase.inputs.values() if isinstance(f, Formula)]
+    return {s: v for values in (*gains, phase.parameters) for s, v in values.items()}
+
+
+def _values(phase: Phase, by: Sequence[Parameter]) -> Array:
+    values = parameters_of(phase)
+    return np.array([values[p] for p in by])
+
+
+def _at(phase: Phase, by: Sequence[Parameter], values: Array) -> Phase:
+    """A phase at other values of parameters, those in its inputs included."""
+    new = dict[Expr, Any](zip(by, values.tolist(), strict=True))
+
+    def drive(f: Any) -> Any:
+        if not isinstance(f, Formula):
+            return f
+        own = {**f.values, **f.gains}
+        return Formula(f.whole, {s: new.get(s, v) for s, v in own.items()}, f.state)
+
+    return Phase(
+        {s: new.get(s, v) for s, v in phase.parameters.items()}, {s: drive(f) for s, f in phase.inputs.items()}
+    )
+
+
+def _split(
+    after: Callable[[Array], Array], before: Side, values: Array, what: str, ends: tuple[type[Exception], ...] = ()
+) -> JumpSlopes:
+    n = before.now.width
     z = np.concatenate([before.x, [before.t], values])
     sizes = np.concatenate([_sizes(before), [max(abs(before.t), 1.0)], np.where(values != 0, np.abs(values), 1.0)])
-    whole = differenced(after, z, sizes, what)
+    whole = differenced(after, z, sizes, what, ends)
     return JumpSlopes(whole[:, :n], whole[:, n], whole[:, n + 1 :])
 
 
@@ -239,22 +273,23 @@ def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Paramete
     modes = before.now.eom.system.modes
     closed = {i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED} | {hits}
     n, symbols = before.now.width, motion.numbers.bundle.ports[2].symbols
-    place = {p: i for i, p in enumerate(symbols)}
-    places = [place[p] for p in by]
-    own = motion.p.copy()
+    own, whole = motion.p, Phase(motion.parameters, motion.inputs)
 
     def hit(z: Array) -> tuple[Array, set[int], float]:
-        motion.p = own.copy()
-        motion.p[places] = z[n + 1 :]
+        phase = _at(whole, by, z[n + 1 :])
+        motion.p, motion.inputs = np.array([phase.parameters[p] for p in symbols]), phase.inputs
         motion.fastest[:], motion.highest[:], motion.rebound[:] = 0.0, 0.0, 0.0
         return motion.hit(float(z[n]), z[:n], set(closed))
 
-    stays = hit(np.concatenate([before.x, [before.t], own[places]]))[1]
+    stays = hit(np.concatenate([before.x, [before.t], _values(whole, by)]))[1]
 
     def after(z: Array) -> Array:
         found, own_stays, _ = hit(z)
         return found if own_stays == stays else np.full(n, np.nan)
 
-    result = _split(after, before, by, f"the impact of the contact {motion.contacts[hits].name!r}")
-    motion.p = own
+    # a coefficient of restitution is not above 1
+    result = _split(
+        after, before, _values(whole, by), f"the impact of the contact {motion.contacts[hits].name!r}", (ArgumentError,)
+    )
+    motion.p, motion.inputs = own, whole.inputs
     return result

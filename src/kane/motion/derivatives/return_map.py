@@ -212,7 +212,7 @@ class ReturnMap:
     def walk(self, by: tuple[Parameter, ...]) -> Differential:
         """What differentiates its motions."""
         options = OPTIONS | {"rtol": self.tolerances[0], "atol": self.tolerances[1], "settings": self.settings}
-        return Differential(by, self.settings, options | {"contacts": self.eom})
+        return Differential(by, self.settings, options | {"contacts": self.eom, "drives": self.drives})
 
     def again(self, motion: Solution, parameters: Mapping[Any, float]) -> Again:
         """The same motion at other samples."""

@@ -23,7 +23,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
-from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact
+from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact, parameters_of
 from kane.motion.derivatives.moved_breakpoints import clocks, moved_breakpoints
 from kane.motion.derivatives.parameter_slopes import Slopes, forcing, input_slopes
 from kane.motion.derivatives.tangent_space import Side
@@ -317,8 +317,9 @@ class Differential:
 
 
 def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
-    eom = differential.options["contacts"]
-    return {s: side.phase.parameters[s] for s in eom.parameters}, {s: side.phase.inputs[s] for s in eom.inputs}
+    """Parameters and inputs, with those that the mode before an impact does not hold."""
+    eom, drives = differential.options["contacts"], differential.options["drives"](parameters_of(side.phase))
+    return {s: side.phase.parameters[s] for s in eom.parameters}, {**drives, **side.phase.inputs}
 
 
 def _check(now: Routines) -> None:
