@@ -186,7 +186,7 @@ def _phase(
         solver = replace(solver, max_step=(span[1] - span[0]) / STEPS_ASKED)
     solver = replace(
         solver,
-        breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span),
+        breakpoints=breakpoints_of(eom, phase, span, solver.breakpoints),
         name=name,
         free=solver.name == AUTO,
     )
@@ -262,24 +262,15 @@ def _at_start(drive: Any, t: float) -> float:
     return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
 
 
-def _breakpoints(
-    given: tuple[float, ...],
-    eom: Equations,
-    drives: Mapping[Expr, Function],
-    constants: Mapping[Expr, float],
-    span: tuple[float, float],
+def breakpoints_of(
+    eom: Equations, phase: Phase, span: tuple[float, float], given: Sequence[float] = ()
 ) -> tuple[float, ...]:
-    """Those given, and those that rates and inputs are known to have."""
+    """Those given, and those that rates and inputs of a phase are known to have within a span."""
+    drives, constants = phase.inputs, phase.parameters
     own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
     own += [tuple(_asked_bumps(f, span)) for f in drives.values() if isinstance(f, Asked)]
     own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
     return tuple(sorted({*given, *eom.numeric().value(timed).breakpoints(constants, span)}.union(*own)))
-
-
-def breakpoints_of(solution: Solution, given: Sequence[float]) -> tuple[float, ...]:
-    """The breakpoints of the first phase of a motion, with those given."""
-    phase, span = solution.phases[0], (float(solution.t[0]), float(solution.t[-1]))
-    return _breakpoints(tuple(given), solution.equations, phase.inputs, phase.parameters, span)
 
 
 def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:

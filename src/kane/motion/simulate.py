@@ -333,7 +333,9 @@ def _again(
 ) -> Solution | Array:
     """The same motion once more: at other times, or finer, at other tolerances; or its errors by the variational equations."""
     if variational:
-        return variational_errors(solution, breakpoints_of(solution, given["breakpoints"] or ()), given["settings"])
+        own = solution.phases[0], (float(solution.t[0]), float(solution.t[-1]))
+        known = breakpoints_of(solution.equations, *own, given["breakpoints"] or ())
+        return variational_errors(solution, known, given["settings"])
     if samples is None:
         given = _finer(solution, given)
     else:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Breakpoints that parameters move: where c(t, p) comes to a level, at which rates jump, δτ = −(∂c/∂p δp)/(∂c/∂t).
 
-There the state changes by δx⁺ = δx⁻ + (f⁻ − f⁺) δτ, as at an event that sets nothing; ∫ L dt by (L⁻ − L⁺) δτ.
+There the state changes by δx⁺ = δx⁻ + (f⁻ − f⁺) δτ, as at an event that sets nothing; ∫ L dt by (L⁻ − L⁺) δτ. Where several come
+together there is a derivative if those at which something jumps are moved alike.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,21 +13,25 @@ import numpy as np
 from kane.equations.equations import Equations
 from kane.expr.differentiation import weighted
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import ONE, Expr
+from kane.expr.node import ONE, Expr, constant
+from kane.expr.piecewise import Piecewise, on_sides, switches
 from kane.expr.symbols import Parameter, time
-from kane.motion.inputs.breakpoints import Clock, clock
+from kane.expr.visit import substituted
+from kane.motion.derivatives.parameter_slopes import evaluated
+from kane.motion.derivatives.pulling import Laws
+from kane.motion.inputs.breakpoints import Clock, Span, clock
 from kane.motion.inputs.expressions import Formula
-from kane.motion.right_hand_side import timed
+from kane.motion.right_hand_side import Routines, timed
 from kane.motion.solution.phases import Phase
-from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
 
 class MovedBreakpoint(NamedTuple):
-    """When something turns, and δτ/δp (k) of that time."""
+    """When a quantity turns something, and δτ/δp (k) of that time."""
 
     t: float
     slopes: Array
+    quantity: Expr
 
 
 def clocks(eom: Equations, phase: Phase, more: Iterable[Expr] = ()) -> list[tuple[Clock, dict[Expr, Any]]]:
@@ -35,7 +40,13 @@ def clocks(eom: Equations, phase: Phase, more: Iterable[Expr] = ()) -> list[tupl
     known = dict[Expr, Any](phase.parameters)
     for f in drives:
         known |= {**f.values, **f.gains}
-    return [(eom.numeric().value(timed), known), *((clock([e]), known) for e in (*(f.whole for f in drives), *more))]
+    numeric = eom.numeric()
+    laws = [numeric.value(_clock, e) for e in (*(f.whole for f in drives), *more)]
+    return [(found, known) for found in (numeric.value(timed), *laws)]
+
+
+def _clock(_: Equations, e: Expr) -> Clock:
+    return clock([e])
 
 
 def moves_breakpoints(eom: Equations, laws: Iterable[Expr], by: Sequence[Expr]) -> bool:
@@ -45,18 +56,43 @@ def moves_breakpoints(eom: Equations, laws: Iterable[Expr], by: Sequence[Expr]) 
     return any(not own.isdisjoint(free_symbols([one.quantity])) for found in every for one in found.turning)
 
 
-def moved_breakpoints(motion: Solution, by: Sequence[Parameter], more: Iterable[Expr] = ()) -> list[MovedBreakpoint]:
-    """Those within a motion, none where parameters move none of them."""
-    span, own = (float(motion.t[0]), float(motion.t[-1])), set(by)
-    every = [(one, known) for found, known in clocks(motion.equations, motion.phases[0], more) for one in found.turning]
-    if all(own.isdisjoint(free_symbols([one.quantity])) for one, _ in every):
-        return []
-    result = []
-    for one, known in every:
-        slopes = weighted([one.quantity], [ONE], (time, *by))
-        values: dict[Expr, Any] = {s: known[s] for s in free_symbols([one.quantity]) if s in known}
-        for t in one.times(values, span):
-            by_time, *by_p = map(float, evaluate(slopes, {**values, time: t}))
+def moved_breakpoints(
+    eom: Equations, phase: Phase, span: Span, by: Sequence[Parameter], more: Iterable[Expr] = ()
+) -> list[MovedBreakpoint]:
+    """Those of a phase within a span, and those that stay, at which the slopes are zero."""
+    own, result = set(by), list[MovedBreakpoint]()
+    for one, known in ((one, known) for found, known in clocks(eom, phase, more) for one in found.turning):
+        symbols = free_symbols([one.quantity])
+        values: dict[Expr, Any] = {s: known[s] for s in symbols if s in known}
+        times = np.array(one.times(values, span))
+        slopes = np.zeros((len(times), len(by)))
+        if len(times) and not own.isdisjoint(symbols):
+            found = evaluate(weighted([one.quantity], [ONE], (time, *by)), {**values, time: times})
+            by_time, *by_p = (np.broadcast_to(e, times.shape) for e in found)
             with np.errstate(divide="ignore", invalid="ignore"):
-                result.append(MovedBreakpoint(t, -np.array(by_p) / by_time))
+                slopes = -np.array(by_p).T / np.array(by_time)[:, None]
+        result += [MovedBreakpoint(t, row, one.quantity) for t, row in zip(times.tolist(), slopes, strict=True)]
     return result
+
+
+def _on_sides(eom: Equations, quantity: Expr, laws: Laws, more: tuple[Expr, ...]) -> list[Expr]:
+    """Rates and `more` where a quantity is below its level, then where it is above."""
+    roots = laws.read(eom, [*eom.right_hand_side, *more])
+    side = Parameter.declare("side")
+    own = {s.quantity: side for s in switches(roots) if _turning(s.quantity) is quantity}
+    memo: dict[Expr, Expr] = {}
+    sided = [on_sides(e, own, memo) for e in roots]
+    return [substituted(e, {side: constant(sign)}) for sign in (-1, 1) for e in sided]
+
+
+def _turning(quantity: Expr) -> Expr:
+    """What comes to the levels of a switch: of a table its argument."""
+    return quantity.args[0] if isinstance(quantity.op, Piecewise) else quantity
+
+
+def own_jump(now: Routines, quantity: Expr, more: Iterable[Expr], at: tuple[Array, Array]) -> Array:
+    """By how much rates and `more` (n + … × m) differ beside a quantity's level, all else as at times (m) and states (m × n)."""
+    laws = Laws(dict(zip(now.eom.inputs, now.drives, strict=True)))
+    roots = now.eom.numeric(now.settings).value(_on_sides, quantity, laws, tuple(more))
+    below, above = np.split(evaluated(roots, now, *at), 2)
+    return np.abs(above - below)

@@ -12,8 +12,10 @@ parameters set there is such a jump of δx, too (`moved_breakpoints`).
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import islice, pairwise, takewhile
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,11 +26,11 @@ from kane.expr.symbols import Parameter
 from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
 from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact, parameters_of
-from kane.motion.derivatives.moved_breakpoints import clocks, moved_breakpoints
+from kane.motion.derivatives.moved_breakpoints import MovedBreakpoint, moved_breakpoints, own_jump
 from kane.motion.derivatives.parameter_slopes import Slopes, forcing, input_slopes
 from kane.motion.derivatives.tangent_space import Side
 from kane.motion.derivatives.transition import Stretch, transition
-from kane.motion.inputs.breakpoints import next_end, on_from
+from kane.motion.inputs.breakpoints import Span, next_end, on_from, up_to
 from kane.motion.inputs.expressions import controllers, turning_laws
 from kane.motion.inputs.functions import follows
 from kane.motion.loop import breakpoints_of
@@ -36,7 +38,7 @@ from kane.motion.right_hand_side import Routines, rates_jump, routines
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.scale import SIX_DIGITS
+from kane.numeric.scale import SAME_TIME, SIX_DIGITS
 from kane.program.native.machine import Settings
 
 _AGREES = 1e-9
@@ -77,6 +79,7 @@ class Differential:
         self.scale, self.pace, self.length = np.ones(1), np.ones(1), 1.0
         self._ends: dict[int, Array] = {}
         self._watched: tuple[Expr, ...] = ()
+        self._moved: list[MovedBreakpoint] = []
 
     def _routines(self, motion: Solution, row: int) -> tuple[Routines, Slopes, Slopes]:
         eom = motion.samples[row] if motion.samples else motion.equations
@@ -92,9 +95,15 @@ class Differential:
         return self._known[key]
 
     def side(self, motion: Solution, row: int) -> Side:
-        """The motion at a sample."""
+        """The motion at a sample; at the ends of phases within them, where rates jump at these times."""
         now, *_ = self._routines(motion, row)
-        return Side(now, motion.phases[int(motion.phase[row])], float(motion.t[row]), motion.states[row])
+        number, t = int(motion.phase[row]), float(motion.t[row])
+        near = [one.t for one in self._near(t)]
+        if near and (row == 0 or motion.phase[row - 1] != number):
+            t = max(t, on_from(max(near)))
+        elif near and (row + 1 == len(motion) or motion.phase[row + 1] != number):
+            t = min(t, up_to(min(near)))
+        return Side(now, motion.phases[number], t, motion.states[row])
 
     def __call__(
         self, motion: Solution, again: Again, section: Event | None, period_slopes: Array | None = None
@@ -152,7 +161,7 @@ class Differential:
     def begin(self, motion: Solution, watched: Sequence[Expr] = ()) -> None:
         """Take the sizes and paces of a motion, and expressions of which the corners in time count, too."""
         self._watched = tuple(watched)
-        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
+        self._known, self._moved, self.length = {}, [], float(motion.t[-1] - motion.t[0])
         self.pace = np.ptp(motion.states, axis=0) / max(self.length, 1e-300)
         size = np.abs(motion.states).max(axis=0)
         self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
@@ -169,15 +178,13 @@ class Differential:
 
     def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
         """The stretches with one set of equations and no breakpoint within; their edges are the samples that are `wanted`, too."""
-        own_span = float(motion.t[0]), float(motion.t[-1])
-        own_clocks = clocks(motion.equations, motion.phases[0], self._watched)
-        more = [t for found, known in own_clocks for t in found.breakpoints(known, own_span)]
-        breaks, result = sorted({*breakpoints_of(motion, ()), *(more if self._watched else ())}), list[Stretch]()
+        result, self._moved = list[Stretch](), list[MovedBreakpoint]()
         known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
             for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
                 known = self._routines(motion, start)
                 t, stop = float(motion.t[start]), float(motion.t[end])
+                breaks = self._breaks(motion, start, (t, stop))
                 x: Array | None = motion.states[start]
                 rows = known_rows[(known_rows > start) & (known_rows <= end)]
                 while t < stop:
@@ -189,7 +196,19 @@ class Differential:
                         result.append(Stretch(*known, x, edges, number, tuple(own.tolist()), at))
                         x = None
                     t = on_from(until) if until < stop else stop
+        self._moved.sort(key=attrgetter("t"))
         return result
+
+    def _breaks(self, motion: Solution, row: int, part: Span) -> list[float]:
+        """The breakpoints of a part of a motion, from a sample on; all are listed with how parameters move them."""
+        eom, phase = motion.samples[row] if motion.samples else motion.equations, motion.phases[int(motion.phase[row])]
+        whole, (low, high) = (part[0], float(motion.t[-1])), part  # pulses are looked for as they were for the motion
+        room = SAME_TIME * self.length
+        moved = moved_breakpoints(eom, phase, (whole[0] - room, whole[1] + room), self.by, self._watched)
+        here = [one for one in moved if low - room <= one.t <= high + room]
+        self._moved += here
+        every = {*breakpoints_of(eom, phase, whole), *(one.t for one in here)}
+        return sorted(t for t in every if low < t < high)
 
     def leaps(self, motion: Solution, stretches: Sequence[Stretch], again: Again) -> dict[int, Leap]:
         """What breakpoints that parameters move add, by the number of the stretch that begins there.
@@ -199,30 +218,79 @@ class Differential:
         SimulationError
             if rates jump where two breakpoints come together that parameters move apart
         """
-        found, result = moved_breakpoints(motion, self.by, self._watched), dict[int, Leap]()
-        for i, (first, second) in enumerate(pairwise(stretches), 1):
-            low, high = first.t1 - 8 * math.ulp(first.t1), second.t0 + 8 * math.ulp(second.t0)
-            slopes = [one.slopes for one in found if low <= one.t <= high]
-            if second.x is not None or not np.any(slopes):
-                continue
-            t = (low + high) / 2
-            (x,) = states_of_phase(again(np.array([t])), second.phase, np.array([t]))
+        self._check_start(motion)
+        middle = {i: (a.t1 + b.t0) / 2 for i, (a, b) in enumerate(pairwise(stretches), 1) if b.x is None}
+        edges = {i: t for i, t in middle.items() if any(np.any(one.slopes) for one in self._near(t))}
+        result, along = dict[int, Leap](), again(np.array([*edges.values()])) if edges else motion
+        for i, t in edges.items():
+            first, second = stretches[i - 1], stretches[i]
+            (x,) = states_of_phase(along, second.phase, np.array([t]))
             phase = motion.phases[second.phase]
             before, behind = Side(second.now, phase, first.t1, x), Side(second.now, phase, second.t0, x)
-            jump = before.rate - behind.rate
-            apart = np.ptp(slopes, axis=0).max() > SIX_DIGITS * np.abs(slopes).max()
-            if apart or not np.isfinite(slopes).all():
-                self._check_alone(jump, t)
-                continue
-            result[i] = Leap(np.outer(jump, slopes[0]), slopes[0], before, behind)
+            slopes = self._common(self._near(t), before, behind)
+            if slopes is not None:
+                result[i] = Leap(np.outer(before.rate - behind.rate, slopes), slopes, before, behind)
         return result
 
-    def _check_alone(self, jump: Array, t: float) -> None:
-        if (np.abs(jump) * self.length > SIX_DIGITS * self.scale).any():
-            raise SimulationError(
-                f"Expected rates that jump at one time, got several times at t = {t:.9g} that parameters move apart, or one that they "
-                "move without bound: there is no one derivative. Take values at which they come one by one."
+    def _near(self, t: float) -> list[MovedBreakpoint]:
+        """The breakpoints at a time, but for rounding."""
+        apart = max(32 * math.ulp(t), SAME_TIME * self.length)
+        first = bisect_left(self._moved, t - apart, key=attrgetter("t"))
+        return list(takewhile(lambda one: one.t <= t + apart, islice(self._moved, first, None)))
+
+    def _check_start(self, motion: Solution) -> None:
+        """Refuse a jump at the start that parameters move: on one side of it there is none."""
+        at = self.side(motion, 0)
+        near = self._near(at.t)
+        if any(np.any(one.slopes) for one in near):
+            self._common(
+                near, Side(at.now, at.phase, up_to(min(one.t for one in near)), at.x), at, [np.zeros(len(self.by))]
             )
+
+    def _check_met(self, before: Side, after: Side, dt: Array) -> None:
+        """Refuse a jump at an event, which is met at δτ, if it is moved otherwise."""
+        start = np.zeros(len(dt) - len(self.by))
+        near = [one._replace(slopes=np.append(start, one.slopes)) for one in self._near(before.t)]
+        if near:
+            self._common(near, before, after, [dt])
+
+    def _common(
+        self, near: Sequence[MovedBreakpoint], before: Side, behind: Side, others: Sequence[Array] = ()
+    ) -> Array | None:
+        """δτ/δp of breakpoints that come together where something jumps, None where nothing does; `others` are moved, too.
+
+        Raises
+        ------
+        SimulationError
+            if they are moved apart
+        """
+        apart = [one.slopes - near[0].slopes for one in near] + [row - near[0].slopes for row in others]
+        size = max(float(np.abs(row).max(initial=0)) for row in (*(one.slopes for one in near), *others))
+        if np.abs(apart).max(initial=0) <= SIX_DIGITS * size < np.inf:
+            return near[0].slopes
+        jumping = [one.slopes for one in near if self._jumps(one.quantity, before, behind)]
+        if not jumping:
+            return None
+        every = np.array([*jumping, *others])
+        if not np.ptp(every, axis=0).max(initial=0) <= SIX_DIGITS * np.abs(every).max(initial=0) < np.inf:
+            raise SimulationError(
+                f"Expected rates that jump at one time, got several times at t = {before.t:.9g} that parameters move apart, or one "
+                "that they move without bound: there is no one derivative. Take values at which they come one by one."
+            )
+        return jumping[0]
+
+    def _jumps(self, quantity: Expr, before: Side, behind: Side) -> bool:
+        """Whether rates or what is watched jump where a quantity turns, on either side of what else turns then.
+
+        What only bends there differs a little away from it by far more than there.
+        """
+        for side, sign in ((before, -1), (behind, 1)):
+            times = np.array([side.t, side.t + sign * SIX_DIGITS * self.length])
+            at, away = own_jump(side.now, quantity, self._watched, (times, np.stack([side.x] * 2))).T
+            least = np.append(SIX_DIGITS * self.scale / self.length, np.zeros(len(self._watched)))
+            if not np.all((at <= least) | (at <= math.sqrt(SIX_DIGITS) * away)):
+                return True
+        return False
 
     def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it is known."""
@@ -293,6 +361,7 @@ class Differential:
         dt = -(h.x @ psi) / rate
         dt[k:] -= h.p / rate
         own = self._jump(before, after or before, event)
+        self._check_met(before, after or before, dt)
         moved = own.x @ (psi + np.outer(f, dt)) + np.outer(own.t, dt)
         moved[:, k:] += own.p
         if onward is not None:
