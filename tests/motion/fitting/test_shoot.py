@@ -71,6 +71,19 @@ def test_a_switching_time():
         kn.fitting.shoot(eom, (0, 2), [b], integral=kn.sign(u - 0.1), **given)
 
 
+@pytest.mark.parametrize("begin", [1.5, 0.5])
+def test_an_integrand_that_jumps_when_the_unknowns_say(begin):
+    """2 ẍ = F = A + B t ends at u = 1 after 2 s: A = 1 − B, and F ≥ 0.9 from 1 − 0.1/B on; J = 2 + 0.1/B + B²/3."""
+    A, B, eom = kn.parameter("A"), kn.parameter("B"), pushed()
+    (F,) = eom.inputs
+    integral = kn.where(kn.less(F, 0.9), 0.0, 1.0) + 0.5 * (F - 2) ** 2
+    given = {"q": [0], "u": [0], "inputs": {F: A + B * kn.time}, "parameters": {A: 1 - begin, B: begin}}
+    bounds = {A: (-5, 0.85), B: (0.15, 3)}
+    shot = kn.fitting.shoot(eom, (0, 2), [A, B], end={"u": 1}, integral=integral, bounds=bounds, **given)
+    assert shot.values[B] == pytest.approx(0.15 ** (1 / 3), abs=1e-3)
+    assert shot.cost == pytest.approx(2 + 0.1 / 0.15 ** (1 / 3) + 0.15 ** (2 / 3) / 3, abs=1e-6)
+
+
 def test_integrals_across_bounces():
     """∫ u² dt of a ball, least where it begins lowest, is that of the same ball with the integral as a state."""
     ball = load("bouncing_ball").system()

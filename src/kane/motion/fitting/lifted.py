@@ -25,6 +25,7 @@ from kane.expr.visit import substituted
 from kane.motion.derivatives.moved_breakpoints import clocks, moves_breakpoints
 from kane.motion.derivatives.parameter_slopes import symbol_slopes
 from kane.motion.derivatives.parametric_motion import ParametricMotion
+from kane.motion.derivatives.pulling import Integrand
 from kane.motion.inputs.breakpoints import on_from, up_to
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, entries, has_jumps, is_long, only, routines
@@ -132,7 +133,10 @@ class Steps:
 
 
 def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, count: int) -> Steps | None:
-    """Steps of a course, `count` or more; None where its equations or inputs are not of the kind that is stepped so."""
+    """Steps of a course, `count` or more, of values `wanted`, of which the first is the integrand.
+
+    None where equations or inputs are not of the kind that is stepped so, or unknowns move when something turns.
+    """
     eom, drives = course.map.eom, _drives(course)
     if drives is None:
         return None
@@ -147,7 +151,10 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
     slopes = [[tangent(f.whole, {p: ONE}) for p in by] for f in drives]
     if any(unknown & set(free_symbols([e])) for row in slopes for e in row):
         return None
-    edges = cut_at_bends(course, count, values[:1])
+    along = Integrand(wanted[0], np.ones(1), course.map.drives(course.parameters)).checked(eom)
+    if moves_breakpoints(eom, [*(f.whole for f in drives), *along], course.by):
+        return None
+    edges = cut_at_bends(course, count, along)
     h = np.diff(edges)
     inside = [np.array([side(t) for t in part.tolist()]) for side, part in ((on_from, edges[:-1]), (up_to, edges[1:]))]
     t = np.clip(edges[:-1] + _C[:, None] * h, *inside)
@@ -194,5 +201,4 @@ def _drives(course: ParametricMotion) -> tuple[Formula, ...] | None:
         return None
     drives = course.map.drives(course.parameters)
     timed = tuple(f for s in eom.inputs if isinstance(f := drives[s], Formula) and not f.of_state)
-    still = not moves_breakpoints(eom, [f.whole for f in timed], course.by)
-    return timed if still and timed and len(timed) == len(eom.inputs) else None
+    return timed if timed and len(timed) == len(eom.inputs) else None

@@ -337,8 +337,7 @@ def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral
     if not ends and all(e is ZERO for e in costs):
         raise SimulationError("Expected something to aim at, got neither end= nor cost= nor integral=.")
     drives = course.map.drives(course.parameters)
-    Integrand(costs[1], np.ones(1), drives).checked(eom)
-    edges = cut_at_bends(course, count, costs[1:])
+    edges = cut_at_bends(course, count, Integrand(costs[1], np.ones(1), drives).checked(eom))
     times, weights = gauss(_POINTS, edges.tolist())
     if costs[1] is ZERO:
         times, weights = edges[[0, -1]], np.zeros(2)
