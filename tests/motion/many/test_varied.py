@@ -75,7 +75,7 @@ def test_across_events():
             np.testing.assert_allclose(found.values[k], s[what][-1], rtol=1e-8, atol=1e-8)
 
 
-def test_an_event_that_another_one_sets_off():
+def test_an_event_that_another_one_sets_off(tmp_path):
     """What counts bounces changes by them alone: each motion is differentiated by itself, and no third bounce comes here."""
     eom, (y, v, c, _, e) = ball()
     events = [
@@ -89,6 +89,8 @@ def test_an_event_that_another_one_sets_off():
         s = sensitivities(counted, (0, 1.2), by, q=[height], samples=runs.t.values, **given)
         assert len(s.motion.events) == 1
         np.testing.assert_array_equal(runs["y_by"].values[k, -1], s[y][-1])
+    with pytest.raises(kn.SimulationError, match=r"store=, got events of what other events alone change\. Leave"):
+        kn.simulate_many(counted, (0, 1.2), q={y: heights}, by=by, samples=3, store=tmp_path / "runs.zarr", **given)
 
 
 def test_across_impacts_of_contacts():

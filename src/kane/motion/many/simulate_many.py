@@ -25,7 +25,7 @@ from kane.motion.many.results import RecordedQuantity, quantities
 from kane.motion.many.stores import Store, write
 from kane.motion.many.stores import begun as opened
 from kane.motion.many.tiles import Ensemble, cores, cut_into, tiles_of
-from kane.motion.many.varied import begun, carries, check_reduced, tidied, varied_for
+from kane.motion.many.varied import begun, check_reduced, obstacle, tidied, varied_for
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
 from kane.motion.start import check_span, sample_times
@@ -91,8 +91,9 @@ def simulate_many(
     outputs : {name: expression, vector, or name}, kept in place of the coordinates, speeds and states
     by : parameters, of the equations or of inputs that are expressions, and coordinates, speeds or states for their start values:
         variables "…_by" (instance, t, by) are the derivatives of what is kept, which equations carry along as further states, in
-        lanes, and across events by saltation. With contacts, or actions in Python or under constraints, or by parameters that move
-        when inputs or loads turn, they are found of each motion by itself, as by `kn.fitting.sensitivities`
+        lanes, and across events by saltation. With contacts, actions in Python or under constraints, or events of what other events
+        alone change, or by parameters that move when inputs or loads turn, they are found of each motion by itself, as by
+        `kn.fitting.sensitivities`, without a store
     reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, in which NaN is beyond its
         end; or a dict of these by output
     threads : as many as there are processors unless told
@@ -172,7 +173,8 @@ def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, s
     eom, many, kept, _ = run
     wanted = unknowns(eom, many.at(0)["inputs"], by)
     check_reduced(kept)
-    if carries(eom, wanted, many.at(0)["inputs"]):
+    met = obstacle(eom, wanted, many.at(0)["inputs"])
+    if not met:
         one = varied_for(eom, many, wanted, plan.span, settings)
         return _Run(
             one.eom,
@@ -182,8 +184,7 @@ def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, s
         )
     if stored:
         raise SimulationError(
-            "Expected equations that carry the derivatives of motions along where there is a store=, got contacts, or actions in "
-            "Python or under constraints, or parameters that move when inputs or loads turn. Leave store= out."
+            f"Expected equations that carry the derivatives of motions along where there is a store=, got {met}. Leave store= out."
         )
     return run._replace(finish=lambda found: one_by_one(found, eom, plan, many, kept, wanted, settings))
 

@@ -109,21 +109,20 @@ def varied(eom: Equations, by: tuple[Symbol, ...], laws: Laws) -> Varied:
     return Varied(eom, whole, by, carried, laws)
 
 
-def carries(eom: Equations, by: Sequence[Symbol], inputs: Mapping[Any, Any] | None) -> bool:
-    """Whether equations can carry the derivatives of their motions.
-
-    Contacts and actions in Python, or under constraints, cannot, nor what turns at times that some of `by` move, nor events of what
-    other events alone change.
-    """
+def obstacle(eom: Equations, by: Sequence[Symbol], inputs: Mapping[Any, Any] | None) -> str:
+    """What keeps equations from carrying the derivatives of their motions; "" where nothing does."""
     acting = [e for e in eom.system.events if e.then is not None]
-    actions = [e.then for e in acting]
     rates: dict[Any, Any] = dict(eom.system.states)
-    if any(all(isinstance(s, Parameter) or rates.get(s) is ZERO for s in free_symbols([e.quantity])) for e in acting):
-        return False
-    known = all(isinstance(then, Mapping) for then in actions)
+    still = [all(isinstance(s, Parameter) or rates.get(s) is ZERO for s in free_symbols([e.quantity])) for e in acting]
     laws = [e for e in dict(inputs or {}).values() if isinstance(e, Expr)]
-    still = not moves_breakpoints(eom, laws, by)
-    return known and still and not eom.system.contacts and not (actions and eom.constraints.constraints)
+    met = {
+        "contacts": bool(eom.system.contacts),
+        "actions in Python": not all(isinstance(e.then, Mapping) for e in acting),
+        "actions under constraints": bool(acting and eom.constraints.constraints),
+        "events of what other events alone change": any(still),
+        "parameters that move when inputs or loads turn": moves_breakpoints(eom, laws, by),
+    }
+    return " and ".join(text for text, holds in met.items() if holds)
 
 
 def _check(eom: Equations, laws: Laws) -> None:
