@@ -114,7 +114,6 @@ def test_a_ball_bounces_at_any_time(method, start):
             np.testing.assert_allclose(found, times[times < 3], rtol=0, atol=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("height", [0.5, 1, 1.1, 1.2, 1.3, 2, 3])
 def test_a_ball_that_does_not_rebound_rests(height):
     """Whatever sign rounding leaves of the place where it stands."""

@@ -100,7 +100,7 @@ def run(
             return _stopped(pieces, _without_end(by, before.t, pieces))
         since, t, phase = before.t - t, before.t, after.phase
         q, u, a = after.parts
-        past = beyond(before, after, end.at_once)
+        past = beyond(before, after, end.at_once, since)
         begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True, since=since, beyond=past)
         final = end.event or next((e for e in met if e.terminal), None)
         pieces[-1] = replace(piece, events=(*piece.events, *((e, t) for e in met)))

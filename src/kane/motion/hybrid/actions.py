@@ -26,7 +26,7 @@ from kane.motion.solution.resumed import inherited_inputs
 from kane.motion.start import check_masses
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import finite_number
-from kane.numeric.scale import EQUAL, NEAR_TIME
+from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, SAME_TIME
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -233,11 +233,19 @@ def after_actions(
     return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
 
 
-def beyond(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float]:
-    """How far beyond their thresholds quantities are that actions leave as they are: so exactly is the time of an event known."""
+def beyond(before: Instant, after: Instant, events: Sequence[Event], length: float) -> dict[str, float]:
+    """How far beyond their thresholds quantities are that actions leave as they are, where the time of an event is known no better.
+
+    It is located to a share of the step, and of the phase of this `length` at most. What is farther beyond fell there since.
+    """
     quantities, levels = [e.quantity for e in events], [e.threshold for e in events]
     old, new = (np.abs(np.array(x.values(quantities)) - levels).tolist() for x in (before, after))
-    return {e.name: b for e, a, b in zip(events, old, new, strict=True) if b <= 2 * a}
+    apart = SAME_TIME * length + 8 * EPS * abs(before.t)
+    return {
+        e.name: b
+        for e, a, b in zip(events, old, new, strict=True)
+        if b <= 2 * a and a <= abs(before.rate(e.quantity) or 0.0) * apart
+    }
 
 
 def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:

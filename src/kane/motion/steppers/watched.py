@@ -713,8 +713,10 @@ class Watched:
             c.put("found", at + 1)
         with w.when(mine & (there | leapt)):
             self.instant[row + 1] = side.get()
-            # the time of an event is known so exactly that the quantity may be beyond by as much
+            # the time of an event is known so exactly that the quantity may be beyond by as much, and by no more
+            apart = self.length.get() * SAME_TIME + w.compute("abs", t) * (8 * EPS)
             near = there & (side.get() * b < 0.0) & (w.compute("abs", b) <= 2.0 * w.compute("abs", a))
+            near = near & (w.compute("abs", a) <= w.compute("abs", old) * apart)
             band = w.select(near, 2.0 * w.compute("abs", b), 0.0)
             for k, value in ((0, 1.0), (2, 1.0), (3, band), (4, LATER)):
                 self.instant[row + k] = value
