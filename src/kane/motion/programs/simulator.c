@@ -82,22 +82,32 @@ static double spacing(double t)
     return nextafter(fabs(t), (double)INFINITY) - fabs(t);
 }
 
-@FIND_STOPS@/* Where the step from the time at hand on begins and ends: just before the next stop, beyond one before which there is no room. */
+@FIND_STOPS@/* Whether the next stop is behind t, or leaves no room for a step before it: then t is moved beyond it. */
+static bool is_behind(const @NAME@_motion *m, double *t)
+{
+    bool behind = false;
+    if ((m->stop < m->stop_count) && (m->stops[m->stop] < m->end)) {
+        const double stop = m->stops[m->stop];
+        const double before = stop - (@ULPS@.0 * spacing(stop));
+        const double beyond = before + ((4.0 * @ULPS@.0) * spacing(before));
+        const double room = *t + ((4.0 * @ULPS@.0) * spacing(*t));
+        behind = (stop <= *t);
+        if (!behind && (before <= room) && (beyond < m->end)) {
+            *t = beyond;
+            behind = true;
+        }
+    }
+    return behind;
+}
+
+/* Where the step from the time at hand on begins and ends: just before the next stop. */
 static void aim(@NAME@_motion *m)
 {
     double t = m->s[AT_TIME];
     double stop = m->end;
     for (int64_t turn = 0; turn <= STOPS; turn++) {
-        if ((m->stop >= m->stop_count) || (m->stops[m->stop] >= m->end)) {
+        if (!is_behind(m, &t)) {
             break;
-        }
-        if (m->stops[m->stop] > t) {
-            const double before = m->stops[m->stop] - (@ULPS@.0 * spacing(m->stops[m->stop]));
-            const double beyond = before + ((4.0 * @ULPS@.0) * spacing(before));
-            if ((before > (t + ((4.0 * @ULPS@.0) * spacing(t)))) || (beyond >= m->end)) {
-                break;
-            }
-            t = beyond;
         }
         m->stop++;
     }
