@@ -40,7 +40,7 @@ from kane.motion.contact_runner import ContactRunner, Went, rests, runner
 from kane.motion.course import Method, Pace
 from kane.motion.hybrid.automaton import End, ended_by
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
-from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS, UNSURE
+from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
 from kane.motion.hybrid.contact_tables import KNOWN, end_of
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
@@ -87,6 +87,7 @@ class ContactMotion:
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
         self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
+        self.slow = max(ENDS, self.rtol)  # see `ENDS`
         self.parameters, self.inputs = given
         self.modes_of = eom.numeric().value(ContactModes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
@@ -262,14 +263,9 @@ class ContactMotion:
             v = float(np.linalg.norm(touch.slips[i]))
             gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
-            level = self._slowest(touch, i, self.fastest[i])
+            level = self.slow * self.fastest[i]
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
         return found | self._shares(now, t, x)[0]
-
-    def _slowest(self, touch: ContactsAtState, i: int, fastest: float) -> float:
-        """The slip below which contact i, which has been as `fastest`, slips straight on: see `ENDS`."""
-        left = self.rtol * fastest + self.atol * touch.slip_sums[i].max()
-        return float(max(ENDS * fastest, UNSURE * left))
 
     def mode(self, modes: Modes, numbers: Mapping[Expr, float], x: Array) -> Equations:
         """The equations of modes; rows of stands are independent in their directions alone."""
@@ -561,8 +557,7 @@ class ContactMotion:
         pushed = touch.accelerations(decided.closed, decided.forces)[1].reshape(-1, self.layout.d)[:, 1:]
         for n in begun:
             gained = STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(pushed[n]))
-            fastest = max(self.fastest[n], touch.slip_terms[n].max(), gained)
-            slips[n] = 2 * self._slowest(touch, n, fastest) * decided.directions[n]
+            slips[n] = 2 * self.slow * max(self.fastest[n], touch.slip_terms[n].max(), gained) * decided.directions[n]
             modes[n] = modes[n].slipping(straight=False)
         closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]
         stuck = [n for n in closed if n in begun or not modes[n].slips]

@@ -20,7 +20,6 @@ from kane.motion.hybrid.contact_events import (
     STARTS,
     STRAIGHT,
     TURNS,
-    UNSURE,
     After,
 )
 from kane.motion.steppers.context import ReturnCode, Slot
@@ -261,13 +260,7 @@ class _Automaton(After):
             gains.put(of.length(of.a + n * d + 1))
         v, gained = self.slip(i), gains.get() * self.s[int(Slot.SPAN)] * STARTS
         self.fastest[i] = of.largest(self.slip_terms(i), v, gained)
-        sums = of.cell
-        sums.put(0.0)
-        with w.few(d, 1) as j:
-            row = of.J + (i * d + j) * of.width
-            sums.put(of.largest(sums.get(), of.sum(of.nu, lambda l: of.absolute(of.room[row + l]))))
-        left = self.tolerances[1] * self.fastest[i] + self.tolerances[0] * sums.get()
-        level = of.largest(self.fastest[i] * ENDS, left * UNSURE)
+        level = self.fastest[i] * of.largest(self.tolerances[1], ENDS)
         straight = of.largest(level * 2.0, gained, v * (1 + ENDS))
         self.extra[at + d - 1] = w.select(self.next[i] <= STRAIGHT, straight, level)
 

@@ -12,9 +12,9 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer, factor, so
 
 NOTHING = 1e-10
 """Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
-STARTS, ENDS, UNSURE = 1e-8, 1e-10, 10.0
+STARTS, ENDS = 1e-8, 1e-10
 """A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end, or below
-so many times what tolerances leave open of it, where it would go to and fro about its end."""
+that which tolerances leave open, where it would go to and fro about its end."""
 FLAT, LOW = 1e-3, 1e-10
 """Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
 KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
