@@ -19,7 +19,16 @@ from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.course import Course, Method, Solver
 from kane.motion.hybrid.actions import Instant, after_actions, beyond
-from kane.motion.hybrid.automaton import End, acting, at_start, check_forces, ended_by, phase_after, up_to_a_break
+from kane.motion.hybrid.automaton import (
+    End,
+    acting,
+    at_start,
+    check_forces,
+    ended_by,
+    phase_after,
+    up_to_a_break,
+    without_rounding,
+)
 from kane.motion.inputs.breakpoints import bumps_of
 from kane.motion.inputs.expressions import Formula, HeldInput, controllers
 from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps
@@ -254,7 +263,7 @@ def admitted_start(stepper: Stepper, begin: Begin, constants: Mapping[Expr, floa
     )
     for held in controllers(stepper.now.drives):
         held.due(t0, first)
-    return _admissible(stepper, t0, np.append(first, begin.work))
+    return _admissible(stepper, t0, np.append(first, begin.work), bool(begin.rounded))
 
 
 def _at_start(drive: Any, t: float) -> float:
@@ -308,15 +317,21 @@ def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array
     return start_state(eom, q, u, begin.states)
 
 
-def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
-    """The start moved onto the constraints; the model holds there, and the rates are finite."""
+def _admissible(stepper: Stepper, t0: float, y: Array, decided: bool = False) -> Array:
+    """The start moved onto the constraints; the model holds there, and the rates are finite.
+
+    Where it is `decided` that a contact presses, its force may be below zero by rounding.
+    """
     stepper.regularize(t0, y)
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
     if numbers is not None:
         check_kinetic_energy(stepper.eom.speeds, numbers.m, f"at t = {t0:g}")
     stepper.settle(t0, start, numbers)
-    check_events(stepper.eom, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
+    values = stepper.now.watch(t0, start)
+    if decided:
+        values = without_rounding(stepper.now, t0, start, values)
+    check_events(stepper.eom, values, t0, lambda: stepper.now.values(t0, start))
     names = stepper.now.rates.labels[:-1]
     constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
     rates = stepper.rate(t0, start)

@@ -43,7 +43,7 @@ from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import DEGREE as PARTS
-from kane.numeric.scale import EQUAL, ROUNDED_TERMS, SAME_TIME, SOON
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_TERMS, SAME_TIME, SOON
 from kane.program.from_expressions import Bundle, Task, build_program
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import aligned, entry, wide_entry
@@ -492,6 +492,16 @@ def _beyond(event: Event, now: Routines, t: float, state: Array) -> bool:
     """Whether a quantity is below zero by more than rounding of its terms."""
     value, terms = quantity_along(event, now, t, state)
     return not value >= -EQUAL * terms
+
+
+def without_rounding(now: Routines, t: float, state: Array, values: Array) -> Array:
+    """Quantities of events (events), those just above zero that are below it by no more than rounding of their terms."""
+    result = values.copy()
+    for k, event in enumerate(now.eom.events):
+        if event.threshold == 0.0 and values[k] <= 0:
+            value, terms = quantity_along(event, now, t, state)
+            result[k] = np.finfo(float).tiny if value >= -ROUNDED * terms else values[k]
+    return result
 
 
 class End(NamedTuple):
