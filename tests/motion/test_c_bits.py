@@ -13,7 +13,7 @@ import kane as kn
 from kane.gallery import load
 from kane.motion import emit_simulator
 from tests.motion.emitted import CONTROLLER, EXACT, MODELS, PERIOD, SANITIZED, bits, compiled, control, emitted, rows
-from tests.motion.test_time_breaks import KINDS, S, wheel
+from tests.motion.test_time_breaks import FIRST, KINDS, SECOND, S, pushed_twice, wheel
 from tests.systems.draft_kinds import drafted
 from tests.systems.drafts import built
 
@@ -181,19 +181,13 @@ def test_motions_begin_at_any_time(tmp_path, name):
 
 def test_stops_with_hardly_a_number_between_them(tmp_path):
     """Also where the motion begins just before one."""
-    first, second = kn.parameters("T1 T2", unit="s")
-    law = kn.where(kn.less(kn.time, first), 0, 1) + kn.where(kn.less(kn.time, second), 0, 1)
-    N = kn.Frame("N")
-    x = kn.coordinate("x")
-    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
-    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds="rates", loads=[kn.Force(P, law * N.x)]))
-    text = emit_simulator(eom.compile(name="two", contract=False), "tsit5") + LATER.replace("@NAME@", "two").replace(
-        "@CAPS@", "TWO"
-    )
+    eom = pushed_twice()
+    text = emit_simulator(eom.compile(name="two", contract=False), "tsit5")
+    text += LATER.replace("@NAME@", "two").replace("@CAPS@", "TWO")
     program = compiled(tmp_path, "two", text, "-O0", "-DTWO_NO_MAIN")
     near = math.ulp(0.7)
     for begin, apart in [(0.0, k) for k in range(10, 18)] + [(0.7 + k * near, 1e9) for k in range(-9, 3)]:
-        values = {first: 0.7, second: 0.7 + apart * near}
+        values = {FIRST: 0.7, SECOND: 0.7 + apart * near}
         options = {"method": "tsit5", "settings": EXACT, "samples": 11, **TOLERANCES}
         sol = kn.simulate(eom, (begin, begin + 1), q=[0], u=[0], parameters=values, **options)
         given = [begin, begin + 1, 0.0, 0.0, *(values[p] for p in eom.parameters)]

@@ -13,6 +13,8 @@ import pytest
 import kane as kn
 from kane.gallery import chaplygin_sleigh, four_bar, pendulums, pure_rolling_disk, rolling_disk, slider_crank
 from kane.program import Bound
+from tests.systems import thrown_stone
+from tests.systems.thrown_stone import FLOOR, E
 
 TWO = kn.derive(pendulums.system(2))
 FOUR = kn.derive(four_bar.system())
@@ -466,18 +468,11 @@ def test_samples_that_are_written_alike_are_not_taken_for_each_other():
 
 def test_motions_with_contacts_are_one_call():
     """Once modes are known a motion is one call of the kernel, and the same in all that is told of it."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    x, y = kn.coordinates("x y")
-    e = kn.parameter("e", 0.6)
-    P = O.at("P", x * N.x + y * N.y)
-    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.3, restitution=e)
-    loads = [kn.gravity(-9.81 * N.y)]
-    eom = kn.derive(kn.System(N, bodies=[kn.Particle("stone", P, 1.0)], speeds="rates", loads=loads, contacts=[floor]))
+    eom = kn.derive(thrown_stone.SYSTEM)
     run = kn.prepare(eom, (0, 2), samples=11)
     assert run.in_one_call
     given = [
-        {"q": [0, h], "u": [1, 0], "parameters": {e: k}} for h, k in ((1.0, 0.6), (0.0, 0.6), (0.5, 0.0), (1.0, 0.9))
+        {"q": [0, h], "u": [1, 0], "parameters": {E: k}} for h, k in ((1.0, 0.6), (0.0, 0.6), (0.5, 0.0), (1.0, 0.9))
     ]
     for own in given * 2:
         first = kn.simulate(kn.derive(eom.system), (0, 2), samples=11, **own)
@@ -488,7 +483,7 @@ def test_motions_with_contacts_are_one_call():
             assert getattr(sol, name) == getattr(first, name)
         assert [(e.name, t) for e, t in sol.events] == [(e.name, t) for e, t in first.events]
         assert [(j.t, str(j)) for j in sol.jumps] == [(j.t, str(j)) for j in first.jumps]
-        np.testing.assert_array_equal(sol[floor.normal_force], first[floor.normal_force])
+        np.testing.assert_array_equal(sol[FLOOR.normal_force], first[FLOOR.normal_force])
         np.testing.assert_array_equal(sol.at(1.1).states, first.at(1.1).states)
     with pytest.raises(kn.ModelError, match=r"restitution from 0 to 1"):
-        run(**given[0] | {"parameters": {e: 1.5}})
+        run(**given[0] | {"parameters": {E: 1.5}})

@@ -126,17 +126,21 @@ def test_a_motion_begins_anywhere_beside_a_breakpoint(method):
             np.testing.assert_allclose(one.states[-1, :2], [1 - np.cos(1), np.sin(1)], rtol=0, atol=1e-7)
 
 
+FIRST, SECOND = kn.parameters("T1 T2", unit="s")
+
+
+def pushed_twice():
+    """Equations of a mass of 1 kg on which 1 N sets in at a first time, and at a second one more."""
+    force = kn.where(kn.less(kn.time, FIRST), 0, 1) + kn.where(kn.less(kn.time, SECOND), 0, 1)
+    return kn.derive(kn.System(N, bodies=[kn.Particle("m", P, 1)], speeds={v: x.dt}, loads=[kn.Force(P, force * N.x)]))
+
+
 @pytest.mark.parametrize("method", ["dop853", "gauss16", "tsit5", "radau9"])
 def test_breakpoints_with_hardly_a_number_between_them(method):
     """Steps go on beyond both: 13 to 15 numbers apart there is no room for one between."""
-    first, second = kn.parameters("T1 T2", unit="s")
-    law = kn.where(kn.less(kn.time, first), 0, 1) + kn.where(kn.less(kn.time, second), 0, 1)
-    N = kn.Frame("N")
-    x = kn.coordinate("x")
-    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
-    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds="rates", loads=[kn.Force(P, law * N.x)]))
+    eom = pushed_twice()
     for apart in range(1, 40):
-        values = {first: 0.7, second: 0.7 + apart * math.ulp(0.7)}
+        values = {FIRST: 0.7, SECOND: 0.7 + apart * math.ulp(0.7)}
         for _ in range(2):
             sol = kn.simulate(eom, (0, 1), q=[0], u=[0], parameters=values, method=method, samples=2)
             np.testing.assert_allclose(sol.states[-1], [0.3**2, 2 * 0.3], rtol=1e-12)

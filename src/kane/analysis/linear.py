@@ -118,7 +118,7 @@ class Linear(Attributes):
     @property
     def stable(self) -> bool:
         """Whether every eigenvalue has a negative real part, by more than rounding makes of it."""
-        return decays(self.A)
+        return decays(self.A, self._spectrum)
 
     def _indices(self, states: Any) -> list[int]:
         names = names_in("states", states)

@@ -24,7 +24,7 @@ from kane.motion.inputs.functions import constant
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
 from kane.motion.runner import check_values, judged
-from kane.motion.solution.checks import energy_check, keeps_sharply
+from kane.motion.solution.checks import surely_keeps
 from kane.motion.solution.phases import Indices, Phase, leaps
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
@@ -87,14 +87,8 @@ class ContactBatch:
         times: Array,
         options: Mapping[str, Any],
     ) -> None:
-        self.eom, self.method, self.span, self.drives, self.times, self.options = (
-            eom,
-            method,
-            span,
-            drives,
-            times,
-            options,
-        )
+        self.eom, self.method, self.span = eom, method, span
+        self.drives, self.times, self.options = drives, times, options
         self.settings: Settings | None = options["settings"]
         inside = times[(times > span[0]) & (times < span[1])]
         self.t = np.concatenate([span[:1], inside, span[1:]])
@@ -123,13 +117,8 @@ class ContactBatch:
         self, x: Array, p: Array, begin: int, alone: Callable[[int], None], stops: Callable[[], bool]
     ) -> tuple[Led, int]:
         """The motions from the row `begin` on, as many as there is room for, and the row after them."""
-        which, steps, records, samples, every = (
-            list[int](),
-            list[float](),
-            list[Array](),
-            list[Array](),
-            list[ModeKernel](),
-        )
+        which, steps, every = list[int](), list[float](), list[ModeKernel]()
+        records, samples = list[Array](), list[Array]()
         own, free = self.taken(p[begin])
         n, room = begin, _ROOM
         while n < len(x) and room > 0 and not stops():
@@ -161,28 +150,23 @@ class ContactBatch:
         result = np.zeros(len(led.which), dtype=bool)
         for k, (begin, end) in enumerate(led.spans(np.arange(len(led.which)))):
             at = slice(begin, end)
-            result[k] = self.is_kept(led.t[at], found[at], led.states[at, -1], led.piece[at])
+            kept = self.is_kept(led.t[at], found[at], led.states[at, -1], led.piece[at])
+            result[k] = kept and found[begin, 2] > SURELY_REGULAR
         return result
 
     def read(self, t: Array, states: Array, p: Array) -> Array:
         """K, E and the least pivot (rows × 3) at times and y, with parameters of each row or of all."""
-        rows, y, found = (
-            np.append(p, np.zeros((len(p), 1)), axis=1),
-            np.ascontiguousarray(states),
-            np.zeros((len(t), 3)),
-        )
+        rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
+        found = np.zeros((len(t), 3))
         places = (t.copy(), 1), (y, y.shape[1]), (rows, rows.shape[1] if len(p) > 1 else 0), (self.r, 0)
         self.routine.on_rows(*places, out=found)()
         return found
 
     def is_kept(self, t: Array, found: Array, work: Array, piece: Indices) -> bool:
-        """The same of one motion, by what was read of it, the work done, and the mode of each row."""
-        kinetic, total, pivot = found.T
+        """Whether one motion surely keeps its energy, by what was read of it, the work done, and the mode of each row."""
+        kinetic, total, _ = found.T
         work = work + leaps(total, np.flatnonzero(np.diff(piece)) + 1)
-        kept = bool(keeps_sharply(kinetic, total, work - work[0], self.method.rtol, True))
-        if not kept and np.isfinite(found).all():
-            kept = energy_check(t, kinetic, total, work, np.zeros(len(t))).surely_within(self.method.rtol)
-        return kept and bool(pivot[0] > SURELY_REGULAR)
+        return surely_keeps(t, kinetic, total, work, self.method.rtol, True)
 
     def table(self, led: Led, chosen: Mask, constants: Callable[[int], dict[Expr, float]], modes: bool) -> Solution:
         """The chosen motions at the times of samples, one after the other; `modes` tells whether more is read off it than states."""

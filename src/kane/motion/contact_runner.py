@@ -5,7 +5,7 @@ A mode is taken up when a motion first comes to it. It is left to Python where l
 the motion where inputs are functions of Python's.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -167,13 +167,17 @@ class ContactRunner:
             if holding is not None:
                 holding.begin(self.s)
 
+    def _places(self, symbols: Iterable[Expr]) -> Indices:
+        """Where symbols stand among the parameters of the motion; behind these where they do not."""
+        at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
+        return np.array([at.get(s, len(at)) for s in symbols], dtype=np.int64)
+
     def _bound(self, told: Given) -> Given:
         """What the automaton is given."""
         eom = self.eom
         routine = self.routine = eom.numeric(self.settings).routine(contact_numbers).flat
         self.hoists, ports = Hoisting(routine), routine.program.ports
-        at: dict[Expr, int] = {s: k for k, s in enumerate(eom.parameters)}
-        self.own_places = np.array([at[s] for s in ports[2].symbols], dtype=np.int64)
+        self.own_places = self._places(ports[2].symbols)
         p = np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
         r = np.array([constant(self.inputs[s]) or 0.0 for s in ports[3].symbols] + [0.0], dtype=float)
         return {
@@ -250,10 +254,8 @@ class ContactRunner:
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
-        at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
-        places = np.array([at.get(s, len(at)) for s in mode.parameters], dtype=np.int64)
         self.named[name] = replace(self.method, name=name, first=None)
-        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), places))
+        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))
         self._admit(m)
         return True
 

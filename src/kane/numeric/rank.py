@@ -257,17 +257,18 @@ def spectrum(a: Array) -> Spectrum:
     return Spectrum(values, right, np.where(np.isfinite(rounding), rounding, np.inf))
 
 
-def decays(a: Array) -> bool:
+def decays(a: Array, found: Spectrum | None = None) -> bool:
     """Whether all x of ẋ = A x die out: no λ has Re λ ≥ 0, nor has any of a matrix that is A but for rounding.
 
     Re λ is below zero by more than rounding moves it; or A − iω is regular beside λ, as where λ has several vectors too few.
+    `found` is its spectrum, where that is known.
     """
-    from scipy.linalg import matrix_balance
-
-    values, _, rounding = spectrum(a)
+    values, _, rounding = found or spectrum(a)
     if not np.all(values.real < 0):
         return False
     doubtful = values[values.real >= -rounding]
+    from scipy.linalg import matrix_balance
+
     alike = np.asarray(matrix_balance(a)[0])
     beside = alike - 1j * doubtful.imag[:, None, None] * np.eye(len(a))
     least = np.linalg.svd(beside, compute_uv=False)[:, -1]

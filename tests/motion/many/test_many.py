@@ -14,7 +14,9 @@ from kane.gallery.contacts import bouncing_ball, mass_on_belt
 from kane.gallery.flexible import flexible_slider_crank
 from kane.motion import check_values, surely_admitted
 from tests.peer import require
+from tests.systems import thrown_stone
 from tests.systems.four_bar import BAR
+from tests.systems.thrown_stone import FLOOR, MU, E
 
 require("xarray")
 
@@ -143,21 +145,12 @@ def test_contacts(module):
 
 def test_contacts_that_close_slip_and_stick():
     """Of a stone that is thrown: what its kernel leads, what is not admitted, and forces, which are those of the modes."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    x, y = kn.coordinates("x y")
-    mu, e = kn.parameters("mu e")
-    P = O.at("P", x * N.x + y * N.y)
-    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), mu, restitution=e)
-    system = kn.System(
-        N, bodies=[kn.Particle("stone", P, 1.0)], speeds="rates", loads=[kn.gravity(-9.81 * N.y)], contacts=[floor]
-    )
-    eom, count = kn.derive(system), 48
+    eom, count = kn.derive(thrown_stone.SYSTEM), 48
     speeds, bounces, frictions = spread(-1, 3, count), spread(0, 0.8, count), spread(0, 0.6, count)
     bounces[[7, 30]] = 1.2, -0.1
-    forces = {"N": floor.normal_force, "F": floor.friction_forces[0]}
+    forces = {"N": FLOOR.normal_force, "F": FLOOR.friction_forces[0]}
     start = {"q": [0.0, 0.3]}
-    options = {"u": {"u_x": speeds, "u_y": 0.0}, "parameters": {e: bounces, mu: frictions}, "samples": 16, "threads": 2}
+    options = {"u": {"u_x": speeds, "u_y": 0.0}, "parameters": {E: bounces, MU: frictions}, "samples": 16, "threads": 2}
     for _ in range(2):  # modes become known
         runs = kn.simulate_many(eom, (0, 2), **start, **options)
         more = kn.simulate_many(eom, (0, 2), **start, **options, outputs=forces)
@@ -165,7 +158,7 @@ def test_contacts_that_close_slip_and_stick():
     assert all("restitution from 0 to 1" in cause for cause in runs.cause.values[[7, 30]])
     valid = [n for n in range(count) if n not in (7, 30)]
     given = [
-        {**start, "u": [speeds[n], 0.0], "parameters": {e: bounces[n], mu: frictions[n]}, "samples": 16} for n in valid
+        {**start, "u": [speeds[n], 0.0], "parameters": {E: bounces[n], MU: frictions[n]}, "samples": 16} for n in valid
     ]
     one_by_one(eom, (0, 2), runs.isel(instance=valid), given)
     for n, own in list(zip(valid, given, strict=True))[::5]:

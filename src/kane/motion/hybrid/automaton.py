@@ -488,19 +488,18 @@ def check_forces(now: Routines, t: float, state: Array, known: Collection[str]) 
             )
 
 
-def _beyond(event: Event, now: Routines, t: float, state: Array) -> bool:
-    """Whether a quantity is below zero by more than rounding of its terms."""
+def _beyond(event: Event, now: Routines, t: float, state: Array, share: float = EQUAL) -> bool:
+    """Whether a quantity is below zero by more than a share of its terms."""
     value, terms = quantity_along(event, now, t, state)
-    return not value >= -EQUAL * terms
+    return not value >= -share * terms
 
 
 def without_rounding(now: Routines, t: float, state: Array, values: Array) -> Array:
     """Quantities of events (events), those just above zero that are below it by no more than rounding of their terms."""
     result = values.copy()
     for k, event in enumerate(now.eom.events):
-        if event.threshold == 0.0 and values[k] <= 0:
-            value, terms = quantity_along(event, now, t, state)
-            result[k] = np.finfo(float).tiny if value >= -ROUNDED * terms else values[k]
+        if event.threshold == 0.0 and values[k] <= 0 and not _beyond(event, now, t, state, ROUNDED):
+            result[k] = np.finfo(float).tiny
     return result
 
 

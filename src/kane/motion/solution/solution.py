@@ -38,8 +38,8 @@ from kane.motion.solution.checks import (
     checking_functions,
     drifts,
     energy_check,
-    keeps_sharply,
     opened,
+    surely_keeps,
     work_of,
 )
 from kane.motion.solution.files import contents, write
@@ -438,10 +438,8 @@ class Solution(Attributes):
         few = self._only(at)
         kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
         work, whole = few.work + leaps(total, few.begins), len(at) == len(self)
-        if keeps_sharply(kinetic, total, work - work[0], self.rtol, whole):
-            return True
-        sure = energy_check(few.t, kinetic, total, work, np.zeros(len(at)))
-        return sure.surely_within(self.rtol, whole) or not self.energy_check.exceeds(self.rtol)
+        sure = surely_keeps(few.t, kinetic, total, work, self.rtol, whole)
+        return sure or not self.energy_check.exceeds(self.rtol)
 
     def _only(self, at: Indices) -> "Solution":
         """Some of the samples."""
