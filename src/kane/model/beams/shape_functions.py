@@ -124,47 +124,39 @@ def _sines(beta: Any) -> Evaluate:
     return evaluate
 
 
-def _polynomials(power: int) -> Callable[[int], Evaluate]:
+def _polynomials(power: int, n: int) -> Evaluate:
     """ξ^power P_k(2ξ − 1), with Legendre's P_k, k = 0, 1, …: derivatives by Leibniz's rule."""
+    series = [Legendre.basis(k, domain=(0, 1)) for k in range(n)]
 
-    def make(n: int) -> Evaluate:
-        series = [Legendre.basis(k, domain=(0, 1)) for k in range(n)]
+    def evaluate(x: Array, order: int) -> Array:
+        total = np.zeros((*np.shape(x), n))
+        factor = Polynomial([0] * power + [1])
+        for k in range(order + 1):
+            own = factor.deriv(k)(x) if k else factor(x)
+            rest = np.array([(p.deriv(order - k) if order > k else p)(x) for p in series])
+            total = total + math.comb(order, k) * (own * rest).T
+        return total
 
-        def evaluate(x: Array, order: int) -> Array:
-            total = np.zeros((*np.shape(x), n))
-            factor = Polynomial([0] * power + [1])
-            for k in range(order + 1):
-                own = factor.deriv(k)(x) if k else factor(x)
-                rest = np.array([(p.deriv(order - k) if order > k else p)(x) for p in series])
-                total = total + math.comb(order, k) * (own * rest).T
-            return total
-
-        return evaluate
-
-    return make
+    return evaluate
 
 
-def _orthonormal(power: int) -> Callable[[int], Evaluate]:
+def _orthonormal(power: int, n: int) -> Evaluate:
     """The same span by functions with ∫ φ_i φ_j dξ = δ_ij, of rising degree: ξ^power times Jacobi polynomials."""
+    raw = _polynomials(power, n)
+    rule = gauss(n + power + 1)
+    values, turned = raw(rule.places, 0), np.eye(n)
+    for k in range(n):  # Gram and Schmidt's method, twice: once leaves what rounding makes of it
+        for _ in range(2):
+            v = product(values, turned[:, : k + 1])
+            parts = (rule.weights[:, None] * v[:, :k] * v[:, k:]).sum(axis=0)
+            turned[:, k] -= product(turned[:, :k], parts[:, None])[:, 0]
+        length = (rule.weights * product(values, turned[:, k : k + 1])[:, 0] ** 2).sum()
+        turned[:, k] /= np.sqrt(length)
 
-    def make(n: int) -> Evaluate:
-        raw = _polynomials(power)(n)
-        rule = gauss(n + power + 1)
-        values, turned = raw(rule.places, 0), np.eye(n)
-        for k in range(n):  # Gram and Schmidt's method, twice: once leaves what rounding makes of it
-            for _ in range(2):
-                v = product(values, turned[:, : k + 1])
-                parts = (rule.weights[:, None] * v[:, :k] * v[:, k:]).sum(axis=0)
-                turned[:, k] -= product(turned[:, :k], parts[:, None])[:, 0]
-            length = (rule.weights * product(values, turned[:, k : k + 1])[:, 0] ** 2).sum()
-            turned[:, k] /= np.sqrt(length)
+    def evaluate(x: Array, order: int) -> Array:
+        return product(raw(x, order), turned)
 
-        def evaluate(x: Array, order: int) -> Array:
-            return product(raw(x, order), turned)
-
-        return evaluate
-
-    return make
+    return evaluate
 
 
 FAMILIES: dict[str, ShapeFamily] = {
@@ -172,10 +164,10 @@ FAMILIES: dict[str, ShapeFamily] = {
     "pinned": ShapeFamily(lambda n: _sines(np.arange(1, n + 1) * np.pi), root=(0,), tip=(0,)),
     "free-free": ShapeFamily(_free_free),
     "rod": ShapeFamily(lambda n: _sines((np.arange(n) + 0.5) * np.pi), root=(0,)),  # free at the tip
-    "polynomials": ShapeFamily(_orthonormal(2), root=(0, 1)),
-    "rod polynomials": ShapeFamily(_orthonormal(1), root=(0,)),
-    "legendre": ShapeFamily(_polynomials(2), root=(0, 1)),
-    "legendre rod": ShapeFamily(_polynomials(1), root=(0,)),
+    "polynomials": ShapeFamily(partial(_orthonormal, 2), root=(0, 1)),
+    "rod polynomials": ShapeFamily(partial(_orthonormal, 1), root=(0,)),
+    "legendre": ShapeFamily(partial(_polynomials, 2), root=(0, 1)),
+    "legendre rod": ShapeFamily(partial(_polynomials, 1), root=(0,)),
 }
 """Families by name."""
 
