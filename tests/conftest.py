@@ -7,12 +7,15 @@ import importlib.util
 import os
 import shutil
 import zlib
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
+
+from tests.peer import may_be_absent
 
 # `quick` draws the same examples each time: a failure of `make test` is a failure for everyone.
 settings.register_profile(
@@ -83,6 +86,21 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if left_out:
         config.hook.pytest_deselected(items=left_out)
     items[:] = _dealt(kept, getattr(config, "workerinput", {"workercount": 1})["workercount"])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """A test that wants a package of an extra, which kane says is not there, is skipped as one that requires it as a peer."""
+    try:
+        return (yield)
+    except ImportError as absent:
+        if not (
+            isinstance(absent.__cause__, ModuleNotFoundError)
+            and "pip install 'kane[" in str(absent)
+            and may_be_absent()
+        ):
+            raise
+        pytest.skip(f"the package {absent.__cause__.name} is not installed")
 
 
 LONGEST = (

@@ -75,3 +75,17 @@ def test_a_coordinate_without_mass_that_a_constraint_gives():
     first, again = (kn.simulate(eom, (0, 1), samples=3, method="vern9", **start) for _ in range(2))
     np.testing.assert_allclose(first["q"], 1.0 + 0.1 * first.t, rtol=1e-6)
     np.testing.assert_allclose(again.states, first.states, rtol=0, atol=1e-9)
+
+
+def test_accelerations_have_no_value_there_either():
+    """sin π is 1e-16: what is divided by its square is a number, and means nothing. θ'' is not of what is left open."""
+    eom = kn.derive(spinning_top.system())
+    angles, u = np.array([0.0, 0.1, np.pi, 2.0]), [0.1, 0.2, 5.0]
+    for angle in (0.0, np.pi, 1e-9):
+        with pytest.raises(kn.SingularError, match="leaves u_psi', u_phi' open"):
+            eom.evaluate(eom.accelerations, q=[0, angle, 0], u=u)
+        assert np.isfinite(eom.evaluate([*eom.rates, eom.accelerations[1]], q=[0, angle, 0], u=u)).all()
+    with pytest.warns(kn.KaneWarning, match="at index 0 and 1 more: the values there are NaN"):
+        psi, theta, phi = eom.evaluate(eom.accelerations, q=[0, angles, 0], u=u)
+    np.testing.assert_array_equal(np.isnan([psi, phi]), [[True, False, True, False]] * 2)
+    assert np.isfinite(theta).all()

@@ -86,3 +86,16 @@ def test_steps_are_those_of_sizes(unit):
 def circle_and_angle(x):
     """The same in one unit."""
     return np.array([x[0] ** 2 + x[1] ** 2 - 4, x[2] - x[0]]), np.array([[2 * x[0], 2 * x[1], 0], [-1, 0, 1]])
+
+
+@pytest.mark.parametrize("off", [1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8])
+def test_what_follows_from_the_rest_where_all_is_closed_moves_nothing(off):
+    """x = y, twice: beside it the two rows seem to be independent, by as much as x and y are apart."""
+
+    def function(x):
+        gap = x[0] - x[1]
+        return np.array([gap, gap * (1 + x[0])]), np.array([[1, -1], [1 + x[0] + gap, -1 - x[0]]])
+
+    found = close(function, np.array([0.3, 0.3 + off]), range(2))
+    assert found.size <= 1e-13
+    assert np.abs(found.x - 0.3).max() <= 2 * off

@@ -17,13 +17,14 @@ from kane.expr.evaluation import Operations, Walk, count_operations, free_symbol
 from kane.expr.forms.collect import joined
 from kane.expr.forms.shorter import shortened
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr, Exprs
+from kane.expr.node import ONE, ZERO, Expr, Exprs, constant
 from kane.expr.ops import Immutable
 from kane.expr.regular import Guards, Sizes, extended, factors, guarding, never_zero, size, unguarded
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substituting
 from kane.kinematics.velocities import Motion
 from kane.model.constraints import Constraint
+from kane.numeric.sampling import SEED, sample
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -123,6 +124,19 @@ class Solved(Immutable):
         sizes = {f: size(f, memo) for f in parts}
         return {f: bound for f, bound in sizes.items() if is_constant_in_time([bound])}
 
+    @read
+    def free_pivots(self) -> Guards:
+        """The pivots of M of a system without constraints that may vanish, and their sizes.
+
+        That is the size of their terms, or that at a random state, beside which what recursions add up is not much too large.
+        """
+        own = [] if self.embedding else [p for p in self.pivots if free_symbols([p]) and not never_zero(p)]
+        if self.route == "classical":
+            memo: Sizes = {}
+            return {p: size(p, memo) for p in own}
+        groups = [s.coordinates for s in self.derived.system.euler_parameters]
+        return {p: constant(abs(x)) for p, x in zip(own, sample(own, SEED, groups), strict=True)}
+
     rate_symbols = read[Mapping[Expr, frozenset[Expr]]](
         lambda s: {d: frozenset(free_symbols([d, bound])) for d, bound in s.rate_guards.items()},
         "The symbols of each of `rate_guards`.",
@@ -198,12 +212,11 @@ class Solved(Immutable):
         return watch(self.embedding, d.compared, d.conditions) if self.embedding else None
 
     @read
-    def by_constraints(self) -> frozenset[Expr]:
-        """What the constraints were solved for, or with: u̇, reactions, A_n and b_n, as far as they are no leaves."""
+    def solved_for(self) -> frozenset[Expr]:
+        """What was solved for, or the constraints with: u̇, reactions, A_n and b_n, as far as they are no leaves."""
         e = self.embedding
         solved = (*self.accelerations, *self.reactions, *self.shown[0], *self.shown[1])
-        found = (*solved, *e.a_n.entries, *e.b_n) if e else ()
-        return frozenset(x for x in found if x.args)
+        return frozenset(x for x in (*solved, *(e.a_n.entries if e else ()), *(e.b_n if e else ())) if x.args)
 
     @read
     def dependent_pivots(self) -> tuple[Pivot, ...]:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from kane.analysis.state_checks import start_state
+from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.compiled import Kept, ports
 from kane.equations.equations import Equations
@@ -52,7 +53,7 @@ from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution, SolutionSegment, some_of
-from kane.motion.start import POSITIVE, check_masses, dividing, moving, surely_have_mass
+from kane.motion.start import check_masses, moving, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
@@ -73,8 +74,8 @@ _REACHED = (ReturnCode.END, ReturnCode.LIMIT, ReturnCode.EVENT)
 
 def judged(eom: Equations) -> Bundle[Array]:
     """K, E = K + V, and the least of the pivots divided by: of M over its diagonal, of W and along trees over their usual sizes."""
-    rows = [] if eom.solved.route in POSITIVE else [list(row) for row in eom.mass_matrix]
-    own = [*moving(eom), *dividing(eom)]
+    rows = [] if eom.solved.route in WAYS else [list(row) for row in eom.mass_matrix]
+    own = [*moving(eom), *(eom.solved.free_pivots if eom.solved.route in WAYS else ())]
     shares = [
         div(NODE_BUILDERS["abs"](p), constant_node(abs(x) or 1.0)) for p, x in zip(own, sample(own, SEED), strict=True)
     ]

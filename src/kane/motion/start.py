@@ -13,23 +13,23 @@ import numpy as np
 
 from kane import expect
 from kane.analysis.state_checks import check_kinetic_energy
-from kane.dynamics.formulation.recursive import keep_digits
 from kane.dynamics.poles import AdmittedSpeeds, SlipEnd
+from kane.dynamics.readings.regularity import mass_matrix_in_doubt, open_speeds
 from kane.equations.equations import Equations, repartition
 from kane.errors import SimulationError, cut
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import OPS, SQRT
-from kane.expr.regular import never_zero, size
+from kane.expr.regular import size
 from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array, Mask, distinct
-from kane.numeric.rank import balance, null_direction, singular
+from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import SEED, finite_number, sample
-from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, SURELY_REGULAR, TAKES_PART, UNRELATED
+from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
 
 class Vanishing(NamedTuple):
@@ -122,40 +122,18 @@ def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
     return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""
 
 
-POSITIVE = {"recursive", "composite"}
-"""Routes that do not divide by pivots of M, but by those along the tree (`dynamics/formulation/recursive.py`)."""
-
-
-def dividing(eom: Equations) -> list[Expr]:
-    """The pivots along a tree without constraints that may vanish; none of other routes, of which M is looked at."""
-    solved = eom.solved
-    along = solved.pivots if solved.embedding is None and solved.route in POSITIVE else ()
-    return [p for p in dict.fromkeys(along) if free_symbols([p]) and not never_zero(p)]
-
-
-def _divides_surely(eom: Equations, values: Mapping[Expr, Any]) -> bool:
-    """Whether the pivots along a tree are more than rounding: of their usual sizes, or the same a little beside the state."""
-    if eom.solved.route not in POSITIVE:
-        return False
-    own, groups = dividing(eom), [s.coordinates for s in eom.system.euler_parameters]
-    sizes = zip(evaluate(own, values), sample(own, SEED, groups), strict=True)
-    return all(abs(x) > SURELY_REGULAR * abs(usual) for x, usual in sizes) or keep_digits(own, values, groups)
-
-
 def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
     """M of a system without constraints must determine u̇ at the start; the error names the accelerations that it leaves open."""
-    if eom.solved.embedding is not None or _divides_surely(eom, values):
+    m = mass_matrix_in_doubt(eom.solved, values)
+    if m is None:
         return
-    m = np.asarray(evaluate(eom.mass_matrix, values), dtype=float)
     check_kinetic_energy(eom.speeds, m, f"at t = {t:g}")
-    direction = null_direction(m, SOLVE_RANK)
-    if direction is None:
-        return
-    names = [f"{u}'" for u, c in zip(eom.speeds, direction, strict=True) if abs(c) > TAKES_PART]
-    raise SimulationError(
-        f"Expected finite rates at the start, got none for {', '.join(names)} at t = {t:g}: the equations are singular at this state, "
-        "where the mass matrix does not determine them. Start elsewhere, or choose coordinates and speeds that are regular here."
-    )
+    names = ", ".join(f"{eom.speeds[k]}'" for k in open_speeds(m))
+    if names:
+        raise SimulationError(
+            f"Expected finite rates at the start, got none for {names} at t = {t:g}: the equations are singular at this state, where "
+            "the mass matrix does not determine them. Start elsewhere, or choose coordinates and speeds that are regular here."
+        )
 
 
 _TIMES = 1000

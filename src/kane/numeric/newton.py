@@ -13,13 +13,15 @@ import numpy as np
 
 from kane.numeric.arrays import Array, Indices, Mask, medians
 from kane.numeric.rank import least_squares
-from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, ROUNDED, ROUNDED_CHAIN
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, NEAR_SINGULAR, ROUNDED, ROUNDED_CHAIN
 
 T = TypeVar("T")
 Residual = Callable[[Array], tuple[Array, Array]]
 """f (m) and ∂f/∂x (m × n) at x (n)."""
 
 _HALVINGS = 30
+_FIRMLY = 0.1
+"""Share of f below which a step leaves it that is taken without directions along which f hardly changes."""
 _STRAIGHT, _GROWTH = 0.1, 4.0
 """Where f differs from its tangent by no more than this share of a step's change, the trust region grows by this factor."""
 
@@ -60,9 +62,17 @@ def close(
         if not math.isfinite(length) or np.abs(best.residual / rows).max(initial=0) <= limit or not columns:
             break
         slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
-        change = least_squares(slopes, -f / rows, FIXED_SHARE)
-        within = share = radius / max(radius, np.abs(change).max(initial=0))
         before = length
+        change = least_squares(slopes, -f / rows, FIXED_SHARE)
+        # what is weak may follow from the rest where all is closed: it moves x only where the rest alone does not lead there
+        firm = least_squares(slopes, -f / rows, NEAR_SINGULAR)
+        if np.any(firm != change):
+            x = best.x.copy()
+            x[columns] += firm * scale
+            other, _ = function(x)
+            if np.linalg.norm(other / rows) < _FIRMLY * before:
+                change = firm
+        within = share = radius / max(radius, np.abs(change).max(initial=0))
         for _ in range(_HALVINGS):
             x = best.x.copy()
             x[columns] += share * change * scale

@@ -14,6 +14,7 @@ import numpy as np
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.regularity import (
     check_left_out,
+    check_mass_matrix,
     check_on_constraints,
     check_pivots,
     check_rates,
@@ -238,13 +239,16 @@ def _numbers(solved: Solved, read: Reading, values: Mapping[Expr, Any], held: bo
     """The numbers of what is asked for, checked."""
     found, plain = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
-        check_on_constraints(solved, read.names, found[read.asked :])
+        check_on_constraints(solved, read.names, found[read.asked : read.asked + 2 * len(read.names)])
     numbers = of_one_shape(found[: read.asked])
     if held:
         check_rates(solved, values, numbers)
     if solved.dependent_speeds:
         check_pivots(solved, plain, values, numbers)
         numbers = check_left_out(solved, read.concerned, values, numbers)
+    else:
+        pivots = found[read.asked + 2 * len(read.names) :]
+        numbers = check_mass_matrix(solved, read, values, numbers, pivots)
     return numbers
 
 
@@ -264,7 +268,10 @@ def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> R
     """The expressions with what is not known filled in."""
     found = reading(solved, _walked(solved, roots), known)
     found = found._replace(concerned=concerned(solved, found.walk.roots[: found.asked]))
-    return found._replace(walk=Walk(with_regular_rates(solved, found.walk.roots))) if solved.rate_guards else found
+    pivots = solved.free_pivots if found.concerned else {}
+    if not solved.rate_guards and not pivots:
+        return found
+    return found._replace(walk=Walk([*with_regular_rates(solved, found.walk.roots), *pivots, *pivots.values()]))
 
 
 def _walked(solved: Solved, roots: Sequence[Expr]) -> Walk:

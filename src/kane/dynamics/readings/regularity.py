@@ -14,20 +14,21 @@ import numpy as np
 
 from kane.dynamics.constraints.embed import Watch
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.formulation.recursive import WAYS, keep_digits
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Pivot, Reading, Solved
 from kane.errors import SimulationError, SingularError, ValueMissingError, cut, warn
 from kane.expr.build import add, mul
-from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape
+from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, constant, postorder
 from kane.expr.ops import DIV, GONE, WHERE
 from kane.expr.regular import Sizes, factors, guarding, guards_below, largest, size, unguarded
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituting
-from kane.numeric.arrays import First, Mask, first_index
-from kane.numeric.rank import balanced
-from kane.numeric.scale import CLOSED, SIX_DIGITS, STATE_RANK
+from kane.numeric.arrays import Array, First, Mask, first_index
+from kane.numeric.rank import balance, balanced, null_direction, surely_regular
+from kane.numeric.scale import CLOSED, SIX_DIGITS, SOLVE_RANK, STATE_RANK, SURELY_REGULAR, TAKES_PART
 
 
 def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
@@ -124,10 +125,10 @@ _CURE = (
 
 
 def concerned(solved: Solved, roots: Sequence[Expr]) -> tuple[int, ...]:
-    """The places of expressions that hold something that the constraints were solved for, where rows were left out."""
-    if not solved.redundant:
+    """The places of expressions that hold what was solved for, where constraints were left out or there are none."""
+    if solved.embedding is not None and not solved.redundant:
         return ()
-    return tuple(k for k, root in enumerate(roots) if not solved.by_constraints.isdisjoint(postorder([root])))
+    return tuple(k for k, root in enumerate(roots) if not solved.solved_for.isdisjoint(postorder([root])))
 
 
 def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr]) -> Sequence[Expr]:
@@ -181,6 +182,60 @@ def _more(solved: Solved, watch: Watch, values: Mapping[Expr, Any]) -> Mask:
     with np.errstate(invalid="ignore"):
         rows = [(found[0] < 1) & (beyond > limit) for beyond, limit in zip(found[1::2], found[2::2], strict=True)]
     return np.stack(rows, axis=-1)
+
+
+def mass_matrix_in_doubt(solved: Solved, values: Mapping[Expr, Any], pivots: Sequence[Any] = ()) -> Array | None:
+    """M (… × n × n) where it may not determine u̇; None under constraints, and where no pivot is small beside its size.
+
+    `pivots` are the numbers of `free_pivots` and of their sizes. At a state, without them, a pivot along a tree may be small that is
+    the same a little beside it.
+    """
+    own = solved.free_pivots
+    if not own:
+        return None
+    numbers = pivots or evaluate([*own, *own.values()], values)
+    if all(np.all(np.abs(x) > SURELY_REGULAR * y) for x, y in zip(numbers, numbers[len(own) :], strict=False)):
+        return None
+    groups = [s.coordinates for s in solved.derived.system.euler_parameters]
+    if not pivots and solved.route in WAYS and keep_digits(list(own), values, groups):
+        return None
+    m = solved.derived.mass_matrix
+    return np.asarray(stacked(of_one_shape(evaluate(m.entries, values)), m.shape), dtype=float)
+
+
+def open_speeds(m: Array) -> list[int]:
+    """Of which speeds M (n × n) does not determine the accelerations."""
+    direction = null_direction(m, SOLVE_RANK)
+    return [] if direction is None else [k for k, c in enumerate(direction) if abs(c) > TAKES_PART]
+
+
+def check_mass_matrix(
+    solved: Solved, read: Reading, values: Mapping[Expr, Any], numbers: Sequence[Any], pivots: Sequence[Any]
+) -> list[Any]:
+    """`numbers` at `values`: those with u̇ that M leaves open are a SingularError, of arrays NaN and a warning.
+
+    `pivots` are the numbers of `free_pivots` and of their sizes.
+    """
+    kept, roots = list(numbers), read.walk.roots
+    m = mass_matrix_in_doubt(solved, values, pivots) if pivots else None
+    if m is None:
+        return kept
+    several = balance(m.reshape(-1, *m.shape[-2:]), rounding=0.0).matrix
+    doubtful = np.argwhere(~surely_regular(several, SOLVE_RANK).reshape(m.shape[:-2]))
+    open_ = {tuple(map(int, place)): open_speeds(m[tuple(place)]) for place in doubtful}
+    free = sorted({k for found in open_.values() for k in found})
+    given = {x for own in (solved.accelerations, solved.shown[0]) for k, x in enumerate(own) if k not in free}
+    wrong = [k for k in read.concerned if not (solved.solved_for - given).isdisjoint(postorder([roots[k]]))]
+    if free and wrong:
+        where = np.zeros(m.shape[:-2], dtype=bool)
+        for place, found in open_.items():
+            where[place] = bool(found)
+        names = ", ".join(f"{solved.derived.speeds[k]}'" for k in free)
+        got = f"one that leaves {names} open"
+        _refuse_or_warn("a mass matrix that determines u'", got, first_index(where), _OTHER_COORDINATES)
+        for k in wrong:
+            kept[k] = np.where(where, np.nan, kept[k])
+    return kept
 
 
 _OTHER_COORDINATES = (
