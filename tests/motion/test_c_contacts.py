@@ -87,6 +87,23 @@ def test_a_mode_that_there_is_not_is_named(tmp_path):
     assert float(done.stdout.split()[-1].split(",")[0]) == sol.events[0][1]
 
 
+@pytest.mark.slow
+def test_where_a_mode_breaks_off_its_rows_are_there(tmp_path):
+    """A force that is infinite at t = 1.2 s, in flight: what was reached is printed, and no more."""
+    system, start = load("bouncing_ball").system(), load("bouncing_ball").START
+    (ball,) = system.bodies
+    push = kn.Force(ball.point, 1e-3 / (1.2 - kn.time) ** 3 * system.inertial.y)
+    eom = kn.derive(system.replace(loads=[*system.loads, push]))
+    program = compiled(tmp_path, "model", emit_simulator(eom.compile(name="model", contract=False)), "-O0")
+    done = subprocess.run([program, "3", "31", "y=1", "u_y=0"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "stopped at t = 1.2: no step is short enough" in done.stderr
+    table = np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()[1:]])
+    sol = kn.simulate(eom, (0, 1.15), method="dop853", samples=np.linspace(0, 1.1, 12), rtol=1e-9, atol=1e-9, **start)
+    np.testing.assert_allclose(table, np.column_stack([sol.t, sol.states])[: len(table)], rtol=1e-7)
+    assert len(table) == 12
+
+
 CONTROLLER = """
 void model_control(double t, const double *x, double *inputs);
 

@@ -20,11 +20,11 @@ static void begin_contacts(@NAME@_motion *m)
     m->goes_on = false;
 }
 
-/* The mode at hand ends at the end of the motion, which is as good as here. */
-static void close_row(@NAME@_motion *m)
+/* The mode at hand ends at a time t, with the state at hand: at the end of the motion, or where it breaks off. */
+static void close_row(@NAME@_motion *m, double t)
 {
     double *row = &at_records[2 + ((int64_t)at_records[0] * WIDTH)];
-    row[ROW_END] = m->s[AT_END];
+    row[ROW_END] = t;
     row[ROW_EVENT] = -1.0;
     row[ROW_SAMPLE] = m->s[AT_SAMPLE];
     row[ROW_NOTED] = at_records[1];

@@ -46,7 +46,7 @@ static int came_to(@NAME@_motion *m, int64_t back)
     } else if ((back == @BACK_END@) || ((back == @BACK_LATE@) && ends)) {
         said = @CAPS@_END;
         if (back == @BACK_LATE@) {
-            close_row(m);
+            close_row(m, m->s[AT_END]);
         }
     } else if (back == @BACK_LATE@) {
         m->fresh = true;
@@ -59,6 +59,9 @@ static int came_to(@NAME@_motion *m, int64_t back)
     } else {
         const bool stuck = (back == @BACK_TAKE@) && ((at_calls[1] == @UNDERFLOW@.0) || (at_calls[1] == @NOT_FINITE@.0));
         said = stuck ? @CAPS@_STUCK : @CAPS@_UNDECIDED;
+        if (back == @BACK_TAKE@) { /* within a mode */
+            close_row(m, m->s[AT_TIME]);
+        }
     }
     return said;
 }
