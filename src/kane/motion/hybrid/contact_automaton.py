@@ -36,7 +36,8 @@ AT_ONCE = 100
 class Back(IntEnum):
     """Why it returns: at the end; at another event than contacts'; to have Python decide after one, or take a mode; to collect.
 
-    Where it is `alone`: after as many steps as a mode's kernel takes; at a mode that is not known; at one that begins at the end.
+    A mode that is decided may be UNKNOWN. Where it is `alone`: after as many steps as a mode's kernel takes; at one that begins at
+    the end.
     """
 
     END = 1
@@ -107,6 +108,7 @@ class _Automaton(After):
         self.t.put(self.s[int(Slot.TIME)])
         self.begins.put(self.enter)
         self.decides.put(0)
+        self.still.put(w.compute("int", self.kept[self.of.k * 4]))
         with w.when(self.enter >= AGAIN):
             self.begins.put(0)
             at = (self.mode.get() * self.e + self.enter - AGAIN) * 2
@@ -123,6 +125,7 @@ class _Automaton(After):
                 self.follow()
         self.records[0] = w.compute("float", self.rows.get())
         self.records[1] = w.compute("float", self.noted_count.get())
+        self.kept[self.of.k * 4] = w.compute("float", self.still.get())
         return w.finished(self.back)
 
     def meets(self, kind: Term, contact: Term) -> None:
@@ -198,20 +201,19 @@ class _Automaton(After):
         w, of = self.w, self.of
         self.decides.put(0)
         of.unsure.put(0)
-        self.code.put(-1.0)
         of.doubt(self.still.get() > AT_ONCE)
         self.over.put(self.t.get())
         self.keep(back=False)
         self.decide_after()
-        with w.when(of.unsure.get() < 1):
-            self.go_over()
         with w.when(of.unsure.get() > 0):
             self.keep(back=True)
-            self.back.put(self.unless_alone(Back.DECIDE, Back.UNKNOWN, self.code.get() >= 0.0))
+            self.back.put(int(Back.DECIDE))
         with w.otherwise():
+            self.go_over()
             with w.when(self.rows.get() > 0):
                 self.records[self.row(self.rows.get() - 1) + int(Record.OVER)] = self.over.get()
-            with w.when((self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)):
+            full = (self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)
+            with w.when((self.back.get() < 1) & full):
                 self.back.put(int(Back.FULL))
             self.begins.put(1)
 
@@ -237,8 +239,9 @@ class _Automaton(After):
         self.found.put(-1)
         with w.few(self.known) as m, w.when(self.codes[m].equals(self.code.get())):
             self.found.put(m)
-        of.doubt(self.found.get() < 0)
-        with w.when(of.unsure.get() < 1):
+        with w.when(self.found.get() < 0):
+            self.back.put(int(Back.UNKNOWN))
+        with w.otherwise():
             self.mode.put(self.found.get())
             self.calls[0] = w.compute("float", self.found.get())
             with w.few(of.k) as i:
