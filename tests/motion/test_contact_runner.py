@@ -112,6 +112,18 @@ def test_bits_are_the_same_whatever_ran_before() -> None:
     assert np.array_equal(alone, many["end_state"])
 
 
+@pytest.mark.parametrize("run", [kn.simulate, by_python])
+def test_as_many_steps_as_were_asked_for_and_no_more(run: Any) -> None:
+    eom = kn.derive(mass_on_belt.system())
+    whole = run(eom, (0, 20), **mass_on_belt.START)
+    assert len(whole.mode_history) > 20
+    for most in (2, 10, 40, whole.steps - 1):
+        sol = run(eom, (0, 20), **mass_on_belt.START, max_steps=most)
+        assert (sol.status, sol.steps) == ("stopped", most)
+        assert sol.message.startswith(f"{most} steps were not enough")
+    assert run(eom, (0, 20), **mass_on_belt.START, max_steps=whole.steps).status == "finished"
+
+
 BESIDE_ONE_THAT_RESTS = Plane(
     0.5,
     (Plate(0.5, 1.0), Plate(2.0, 0.3, ((0.2, 0.4), (0.5, -0.4)))),

@@ -691,7 +691,7 @@ class _ContactCourse:
         self.at, self.span, self.fresh = at, span, fresh
         self.options, self.bounds, self.times = solver_
         self.t, self.x, self.work = start
-        self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
+        self.pieces, self.by, self.still, self.count, self.steps = list[Solution](), tuple[Event, ...](), 0, 0, 0
         self.method = solver(self.options, self.bounds)
         self.pace = Pace(span, self.method.max_seconds, self.method.bounded)
         self.free = list[ContactRunner]()
@@ -747,7 +747,13 @@ class _ContactCourse:
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}
                 went = self.runner.go(
-                    m, (self.t, self.x, self.work), self.now.directions, numbers, sorted(upward), self.by, self.still
+                    m,
+                    (self.t, self.x, self.work),
+                    self.now.directions,
+                    numbers,
+                    sorted(upward),
+                    self.by,
+                    (self.still, self.steps),
                 )
                 return self._led(went)
         return self._by_python(mode, numbers, leaves)
@@ -757,7 +763,7 @@ class _ContactCourse:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS)
+        start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
@@ -775,6 +781,7 @@ class _ContactCourse:
     def _take(self, piece: Solution) -> None:
         self.pieces.append(piece)
         self.count += len(piece.phases)
+        self.steps += piece.steps
 
     def _arrives(self, t: float, x: Array, work: float, still: int) -> None:
         self.t, self.x, self.work, self.still = t, x, work, still

@@ -127,7 +127,7 @@ class ContactRunner:
         self.made: list[ModeKernel] = []
         self.named = dict[str, Method]()
         self.left: set[Modes] = set()
-        self.poor = -1, 0.0
+        self.poor, self.steps = (-1, 0.0), 0
         told = structure(eom)
         self.k, self.d, self.lag, count = told["contacts"], told["dimension"], told["lag"], told["event_count"]
         self.counts = {name: told[name] for name in ("event_count", "p_count")}
@@ -285,11 +285,11 @@ class ContactRunner:
         numbers: Mapping[Expr, float],
         leaves: Sequence[int],
         by: Any,
-        still: int,
+        before: tuple[int, int],
     ) -> Went:
         """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward.
 
-        So many modes before it lasted no time: `still`.
+        Before it came so many modes that lasted no time, and steps.
         """
         arrays = self.arrays
         self._sets_out(at, self.made[m].method)
@@ -299,7 +299,7 @@ class ContactRunner:
         arrays["extra"][:] = [[0.0 if s is None else numbers.get(s, 0.0) for s in row] for row in self.symbols]
         arrays["leaving"][:] = 0.0
         arrays["leaving"][list(leaves)] = 1.0
-        arrays["kept"][-1] = still
+        arrays["kept"][-1], self.steps = before
         back, motion, by = self._led(by)
         return self._went(back, motion, by)
 
@@ -314,6 +314,7 @@ class ContactRunner:
         if not self.made:
             return None
         self._sets_out(at, self.made[0].method)
+        self.steps = 0
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
@@ -340,8 +341,10 @@ class ContactRunner:
         pieces = list[Solution]()
         while True:
             # one that is broken off is led into its next mode, which Python ends at once
-            most = -1 if is_noted() else self.method.max_steps
+            most = -1 if is_noted() else self.method.max_steps - self.steps
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
+            if back is Back.TAKE:  # its steps are none of the motion
+                self.s[[Slot.STEPS, Slot.RATES]] = self._rows()[len(self.completed()), [Record.STEPS, Record.RATES]]
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
             piece, by = self._collect(by)
             pieces += piece
@@ -418,6 +421,7 @@ class ContactRunner:
         phases, segments, events, by = self._parts(rows, modes, by)
         names = dict.fromkeys(one.method for one in modes)
         steps, rates = int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
+        self.steps += steps
         self.s[[Slot.STEPS, Slot.RATES]] = 0.0
         made = Solution(
             self.eom,

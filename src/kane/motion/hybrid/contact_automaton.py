@@ -57,7 +57,10 @@ AGAIN = 10
 
 
 class Record(IntEnum):
-    """Places in a row of `records`, one a mode: what stands at `MORE` are the numbers in p that it had, its first and last state."""
+    """Places in a row of `records`, one a mode: what stands at `MORE` are the numbers in p that it had, its first and last state.
+
+    `STEPS` and `RATES` are those before it.
+    """
 
     BEGIN = 0
     END = 1
@@ -67,7 +70,9 @@ class Record(IntEnum):
     SAMPLE = 5
     NOTED = 6
     OVER = 7
-    MORE = 8
+    STEPS = 8
+    RATES = 9
+    MORE = 10
 
 
 def automaton_kernel() -> Kernel:
@@ -272,6 +277,8 @@ class _Automaton(After):
         w, s, of, row = self.w, self.s, self.of, self.row()
         self.begins.put(0)
         mode, extra = self.mode.get(), self.extra_count()
+        for what, slot in ((Record.STEPS, Slot.STEPS), (Record.RATES, Slot.RATES)):
+            self.records[row + int(what)] = s[int(slot)]
         with w.few(extra) as i:
             self.records[row + int(Record.MORE) + i] = self.extra[i]
             place = self.p_at[mode * extra + i]
@@ -288,10 +295,10 @@ class _Automaton(After):
         self.make(self.calls.at(0))
         with w.few(self.n) as i:
             self.records[row + int(Record.MORE) + extra + i] = self.y[i]
-        for what, number in (
+        for where, number in (
             (Record.BEGIN, self.t.get()), (Record.MODE, w.compute("float", mode)), (Record.FIRST_SAMPLE, s[int(Slot.SAMPLE)])
         ):  # fmt: skip
-            self.records[row + int(what)] = number
+            self.records[row + int(where)] = number
         self.drive()
         self.look(self.t.get(), self.y.at(0), of.r.at(0), self.calls.at(0), self.glanced.at(0))
         self.found.put(0)
