@@ -112,6 +112,27 @@ def test_bits_are_the_same_whatever_ran_before() -> None:
     assert np.array_equal(alone, many["end_state"])
 
 
+def test_friction_that_turns_at_a_time_of_each_motion() -> None:
+    """A block thrown along a floor that becomes smoother at t1, beyond the span or within it: v = v0 − μ g t1 − ν g (t − t1)."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y", "m")
+    m, g, turns = kn.parameter("m", 1.0, "kg"), kn.parameter("g", 9.81, "m/s^2"), kn.parameter("t1", 1.0, "s")
+    P = O.at("P", x * N.x + y * N.y)
+    place = kn.joints.point_on_plane("floor", P, O, normal=N.y)
+    floor = kn.contact(place, kn.where(kn.less(kn.time, turns), 0.3, 0.1))
+    block = kn.System(
+        N, bodies=[kn.Particle("block", P, m)], speeds="rates", loads=[kn.gravity(-g * N.y)], contacts=[floor]
+    )
+    eom, times = kn.derive(block), np.tile([5.0, 0.3, 0.6, 0.9], 8)
+    start: dict[str, Any] = {"q": {"x": 0, "y": 0}, "u": {"u_x": 4.0, "u_y": 0}, **TIGHT}
+    many = kn.simulate_many(eom, (0, 1), parameters={"t1": times}, samples=3, threads=1, **start)
+    early = np.minimum(times, 1)
+    np.testing.assert_allclose(many["u_x"][:, -1], 4 - 9.81 * (0.3 * early + 0.1 * (1 - early)), rtol=1e-12)
+    each = [kn.simulate(eom, (0, 1), parameters={"t1": t}, samples=3, **start).states[-1] for t in times[:4]]
+    assert np.array_equal(many["end_state"], np.tile(each, (8, 1)))
+
+
 @pytest.mark.parametrize("run", [kn.simulate, by_python])
 def test_as_many_steps_as_were_asked_for_and_no_more(run: Any) -> None:
     eom = kn.derive(mass_on_belt.system())

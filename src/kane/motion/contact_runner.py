@@ -125,6 +125,7 @@ class ContactRunner:
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.made: list[ModeKernel] = []
+        self.turning = list[int]()  # those whose rates turn at times
         self.named = dict[str, Method]()
         self.left: set[Modes] = set()
         self.poor, self.steps = (-1, 0.0), 0
@@ -152,8 +153,6 @@ class ContactRunner:
         """The next motion has these parameters, and inputs with the same values."""
         self.parameters, self.inputs = given
         self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
-        for m in range(len(self.made)):
-            self._admit(m)
 
     def renew(self, p: Array) -> None:
         """Nothing is known of contacts, and the parameters of the motion are p; no motion follows from those before it."""
@@ -170,6 +169,8 @@ class ContactRunner:
             if holding is not None:
                 holding.begin(self.s)
                 one.given["held_quiet"][0] = 0.0
+        for m in self.turning:
+            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=True)))
 
     def _forget(self) -> None:
         """Nothing is known of contacts."""
@@ -265,14 +266,16 @@ class ContactRunner:
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
         self.named[name] = replace(self.method, name=name, first=None)
         self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))
-        self._admit(m)
+        if any(mode.numeric().value(timed)):
+            self.turning.append(m)
+        self._admit(m, self.parameters)
         return True
 
-    def _admit(self, m: int) -> None:
+    def _admit(self, m: int, parameters: Mapping[Expr, float]) -> None:
         """The kernel may go over to a mode, unless rates of that turn at times."""
-        one = self.made[m]
-        turns = one.equations.numeric().value(timed)
-        breaks = any(turns) and turns.breakpoints(self.parameters, self.span)
+        one, breaks = self.made[m], ()
+        if m in self.turning:
+            breaks = one.equations.numeric().value(timed).breakpoints(parameters, self.span)
         self.codes[m] = -1.0 if breaks else code_of(one.modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
