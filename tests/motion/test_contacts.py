@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import kane as kn
 from kane.gallery import mass_on_belt
+from kane.gallery.contacts import bouncing_ball
 from kane.motion import at_start, stepped
 
 G = 9.81
@@ -406,6 +407,22 @@ def test_a_motion_goes_on():
     first = kn.simulate(eom, (0, 1), q=[0, 0.6, 0], u=[2, 0, 30], **TIGHT)
     both = first + kn.simulate(eom, 2, start=first)
     np.testing.assert_allclose(both.states[-1], whole.states[-1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("begin", [0.0, 1e3])
+def test_a_motion_goes_on_from_where_it_hits_but_for_rounding(begin):
+    """A gap that a motion leaves a last digit below zero is no penetration: the impact is that of the motion in one go."""
+    eom = kn.derive(bouncing_ball.system())
+    for height in np.linspace(0.3, 1.9, 9):
+        falls, start = begin + np.sqrt(2 * height / G), {"q": [height], "u": [0.0], "samples": 3}
+        end = falls + 0.1
+        whole = kn.simulate(eom, (begin, end), **start, **TIGHT)
+        for ulps in range(-2, 4):
+            first = kn.simulate(eom, (begin, falls + ulps * np.spacing(falls)), **start, **TIGHT)
+            second = kn.simulate(eom, end, start=first, samples=3)
+            np.testing.assert_allclose(second.states[-1], whole.states[-1], rtol=0, atol=1e-9)
+    with pytest.raises(kn.SimulationError, match="at or above zero at the start"):
+        kn.simulate(eom, (0, 1), q=[-1e-9], u=[-3.0])
 
 
 def test_each_mode_can_be_derived():

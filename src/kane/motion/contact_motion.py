@@ -233,8 +233,10 @@ class ContactMotion:
             slides = c.kinetic_at(ZERO) is not c.kinetic and self._still(touch, {i}, self.none)[i].any()
             check_numbers(c.name, static, min(static, kinetic) if slides else kinetic, e, sized=c.sized)
             g, size = touch.numbers.gaps[i], touch.numbers.gap_terms[i]
-            near = GIVEN * size
-            if c.gap is not None and g < -near:
+            near, far = GIVEN * size, abs(touch.gap_rates[i]) * max(self.span[1] - self.span[0], abs(t))
+            if c.gap is not None and g < -max(
+                near, SAME_TIME * far
+            ):  # a motion may have ended within rounding of its time
                 raise SimulationError(
                     f"Expected a gap of the contact {c.name!r} at or above zero at the start, got {g:.6g}: one body is within the "
                     "other. Move one of them."
@@ -654,6 +656,7 @@ def _to_its_end(
 ) -> Solution:
     """The motion to its end."""
     at, end = way.at, way.span[1]
+    way.begins()
 
     def ended(**told: Any) -> Solution:
         return replace(whole(way.pieces), equations=eom, parameters=given[0], inputs=given[1], **told)
@@ -690,15 +693,12 @@ class _ContactCourse:
         self.at, self.span, self.fresh = at, span, fresh
         self.options, self.bounds, self.times = solver_
         self.t, self.x, self.work = start
-        self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
+        self.pieces, self.by, self.still, self.count, self.steps = list[Solution](), tuple[Event, ...](), 0, 0, 0
         self.method = solver(self.options, self.bounds)
         self.pace = Pace(span, self.method.max_seconds, self.method.bounded)
         self.free = list[ContactRunner]()
         self.runner = self._runner()
-        self.went = None if fresh or self.runner is None else self.runner.start(start)
-        if self.went is None:
-            self.x, self.now = at.begin(self.t, self.x)
-            self.before = self.now.modes
+        self.went: Went | None = None
 
     def _runner(self) -> ContactRunner | None:
         """None where Python leads the whole motion: see `left_to_python`."""
@@ -712,6 +712,20 @@ class _ContactCourse:
             own[:] = getattr(at, name)
             setattr(at, name, own)
         return result
+
+    def begins(self) -> None:
+        """What is decided at the start."""
+        at, start = self.at, (self.t, self.x, self.work)
+        if self.runner is not None and not self.fresh:
+            self.went = self.runner.start(start, self._first)
+        if self.went is None:
+            self.x, self.now = at.begin(self.t, self.x)
+            self.before = self.now.modes
+
+    def _first(self) -> tuple[Modes, Equations]:
+        """The mode in which the motion begins."""
+        x, now = self.at.begin(self.t, self.x)
+        return now.modes, self.at.mode(now.modes, self.at.constants(now, self.t, x), x)
 
     def ends(self) -> None:
         """The kernel is free for another motion."""
@@ -735,7 +749,13 @@ class _ContactCourse:
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}
                 went = self.runner.go(
-                    m, (self.t, self.x, self.work), self.now.directions, numbers, sorted(upward), self.by
+                    m,
+                    (self.t, self.x, self.work),
+                    self.now.directions,
+                    numbers,
+                    sorted(upward),
+                    self.by,
+                    (self.still, self.steps),
                 )
                 return self._led(went)
         return self._by_python(mode, numbers, leaves)
@@ -745,7 +765,7 @@ class _ContactCourse:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS)
+        start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
@@ -756,17 +776,18 @@ class _ContactCourse:
             self.runner.admit()
         if piece.event is not None:
             at.goes_on(piece)
-            self._arrives(float(piece.t[-1]), piece.states[-1], float(piece.work[-1]))
+            t = float(piece.t[-1])
+            self._arrives(t, piece.states[-1], float(piece.work[-1]), self.still + 1 if t <= self.t else 0)
         return piece.event
 
     def _take(self, piece: Solution) -> None:
         self.pieces.append(piece)
         self.count += len(piece.phases)
+        self.steps += piece.steps
 
-    def _arrives(self, t: float, x: Array, work: float) -> None:
-        self.still = self.still + 1 if t <= self.t else 0
-        self.at.brief = self.still > 0
-        self.t, self.x, self.work = t, x, work
+    def _arrives(self, t: float, x: Array, work: float, still: int) -> None:
+        self.t, self.x, self.work, self.still = t, x, work, still
+        self.at.brief = still > 0
 
     def _led(self, went: Went) -> Event | None:
         """The event that Python is to follow where the kernel has led, or that ends the mode which it is to take."""
@@ -775,11 +796,11 @@ class _ContactCourse:
             self._take(went.motion)
         self.now = Decided(went.modes, went.directions)
         if went.back is Back.TAKE and went.t < self.span[1]:
-            self.t, self.x, self.work, self.by = went.t, went.x, went.work, went.by
+            self.t, self.x, self.work, self.by, self.still = went.t, went.x, went.work, went.by, went.still
             return self._by_python(
                 at.modes_of.equations(went.modes), {**at.parameters, **went.numbers}, dict(went.leaves)
             )
-        self._arrives(went.t, went.x, went.work)
+        self._arrives(went.t, went.x, went.work, went.still)
         met = [] if went.event is None else [(went.event, went.t)]
         end = ended_by([e for e, _ in met], met, acted=True) or End("finished", f"reached t = {self.span[1]:g}")
         self.pieces[-1] = replace(self.pieces[-1], status=end.status, event=end.event, message=end.message)

@@ -5,7 +5,8 @@ A mode is taken up when a motion first comes to it. It is left to Python where l
 the motion where inputs are functions of Python's.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -14,7 +15,8 @@ import numpy as np
 
 from kane.equations.compiled import Kept
 from kane.equations.equations import Equations
-from kane.equations.mode_equations import contact_numbers
+from kane.equations.mode_equations import ContactModes, contact_numbers
+from kane.errors import KaneError
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes
 from kane.model.declarations import Event
@@ -59,7 +61,8 @@ from kane.progress import far, is_noted
 class Went:
     """How far a motion went: the completed modes as a motion, if any, why it came back, and the last event.
 
-    What follows is of the last event, or of the mode that Python is to take: what began that one, and which quantities it `leaves`.
+    What follows is of the last event, or of the mode that Python is to take: what began that one, which quantities it `leaves`, and
+    how many modes up to then lasted no time.
     """
 
     motion: Solution | None
@@ -73,6 +76,7 @@ class Went:
     numbers: Mapping[Expr, float]
     by: tuple[Event, ...]
     leaves: Mapping[str, float]
+    still: int
 
 
 class ModeKernel(NamedTuple):
@@ -121,9 +125,10 @@ class ContactRunner:
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.made: list[ModeKernel] = []
+        self.turning = list[int]()  # those whose rates turn at times
         self.named = dict[str, Method]()
         self.left: set[Modes] = set()
-        self.poor = -1, 0.0
+        self.poor, self.steps = (-1, 0.0), 0
         told = structure(eom)
         self.k, self.d, self.lag, count = told["contacts"], told["dimension"], told["lag"], told["event_count"]
         self.counts = {name: told[name] for name in ("event_count", "p_count")}
@@ -135,7 +140,7 @@ class ContactRunner:
         self.codes = np.full(MODES, -1.0)
         self.arrays: dict[str, Array] = {
             **of_modes(told, MODES),
-            **{name: told[name] for name in (*KNOWN, "modes", "leaving", "records", "noted")},
+            **{name: told[name] for name in (*KNOWN, "modes", "leaving", "records", "noted", "kept", "next_modes")},
             "directions": told["directions"].reshape(self.k, self.d - 1),
             "extra": told["extra"].reshape(self.k, self.d + 1),
         }
@@ -148,13 +153,10 @@ class ContactRunner:
         """The next motion has these parameters, and inputs with the same values."""
         self.parameters, self.inputs = given
         self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
-        for m in range(len(self.made)):
-            self._admit(m)
 
     def renew(self, p: Array) -> None:
         """Nothing is known of contacts, and the parameters of the motion are p; no motion follows from those before it."""
-        for name in KNOWN:
-            self.arrays[name][:] = 0.0
+        self._forget()
         own = p[self.own_places]
         if (own != self.given["p"][:-1]).any():
             self.given["p"][:-1] = own
@@ -166,6 +168,14 @@ class ContactRunner:
             holding = one.owners[1]
             if holding is not None:
                 holding.begin(self.s)
+                one.given["held_quiet"][0] = 0.0
+        for m in self.turning:
+            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=True)))
+
+    def _forget(self) -> None:
+        """Nothing is known of contacts."""
+        for name in (*KNOWN, "kept"):
+            self.arrays[name][:] = 0.0
 
     def _places(self, symbols: Iterable[Expr]) -> Indices:
         """Where symbols stand among the parameters of the motion; behind these where they do not."""
@@ -256,14 +266,16 @@ class ContactRunner:
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
         self.named[name] = replace(self.method, name=name, first=None)
         self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))
-        self._admit(m)
+        if any(mode.numeric().value(timed)):
+            self.turning.append(m)
+        self._admit(m, self.parameters)
         return True
 
-    def _admit(self, m: int) -> None:
+    def _admit(self, m: int, parameters: Mapping[Expr, float]) -> None:
         """The kernel may go over to a mode, unless rates of that turn at times."""
-        one = self.made[m]
-        turns = one.equations.numeric().value(timed)
-        breaks = any(turns) and turns.breakpoints(self.parameters, self.span)
+        one, breaks = self.made[m], ()
+        if m in self.turning:
+            breaks = one.equations.numeric().value(timed).breakpoints(parameters, self.span)
         self.codes[m] = -1.0 if breaks else code_of(one.modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
@@ -276,8 +288,12 @@ class ContactRunner:
         numbers: Mapping[Expr, float],
         leaves: Sequence[int],
         by: Any,
+        before: tuple[int, int],
     ) -> Went:
-        """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward."""
+        """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward.
+
+        Before it came so many modes that lasted no time, and steps.
+        """
         arrays = self.arrays
         self._sets_out(at, self.made[m].method)
         self.calls.table[0] = m
@@ -286,14 +302,22 @@ class ContactRunner:
         arrays["extra"][:] = [[0.0 if s is None else numbers.get(s, 0.0) for s in row] for row in self.symbols]
         arrays["leaving"][:] = 0.0
         arrays["leaving"][list(leaves)] = 1.0
+        arrays["kept"][-1], self.steps = before
         back, motion, by = self._led(by)
         return self._went(back, motion, by)
 
-    def start(self, at: tuple[float, Array, float]) -> Went | None:
-        """From the start of a motion on, t, x and the work done; None where the kernel leaves to Python how it begins."""
+    def start(self, at: tuple[float, Array, float], first: Callable[[], tuple[Modes, Equations]]) -> Went | None:
+        """From the start of a motion on, t, x and the work done; None where the kernel leaves to Python how it begins.
+
+        Where no mode is known it is that in which the motion begins, the `first`, by which the kernel finds its inputs.
+        """
+        if not self.made:
+            self.place(*first())
+            self._forget()
         if not self.made:
             return None
         self._sets_out(at, self.made[0].method)
+        self.steps = 0
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
@@ -320,16 +344,38 @@ class ContactRunner:
         pieces = list[Solution]()
         while True:
             # one that is broken off is led into its next mode, which Python ends at once
-            most = -1 if is_noted() else self.method.max_steps
+            most = -1 if is_noted() else self.method.max_steps - self.steps
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
+            if back is Back.TAKE:  # its steps are none of the motion
+                self.s[[Slot.STEPS, Slot.RATES]] = self._rows()[len(self.completed()), [Record.STEPS, Record.RATES]]
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
             piece, by = self._collect(by)
             pieces += piece
             asked = self.calls.table[RESULT] == ReturnCode.LOOK and self.s[Slot.HELD] == POORER
             self.poor = (int(self.calls.table[0]), 1.25 * self.s[Slot.SHARE]) if asked else (-1, 0.0)
-            if back is not Back.FULL:
+            if back is Back.UNKNOWN and not self._completed():
+                back = Back.DECIDE
+            if back not in (Back.FULL, Back.UNKNOWN):
                 return back, whole(pieces) if pieces else None, by
             enter = 1
+
+    def _completed(self) -> bool:
+        """Whether the mode that the kernel has decided on, and did not know, is known now: it begins.
+
+        Else contacts are as they were before the decision, which is left to Python.
+        """
+        arrays, modes = self.arrays, tuple(ContactMode(int(m)) for m in self.arrays["next_modes"])
+        m = None
+        with suppress(KaneError):
+            m = self.place(modes, self.eom.numeric().value(ContactModes).equations(modes))
+        if m is None:
+            for name, values in zip(KNOWN, arrays["kept"][:-1].reshape(len(KNOWN), -1), strict=True):
+                arrays[name][:] = values
+            return False
+        self.calls.table[0] = m
+        arrays["modes"][:] = modes
+        arrays["directions"].flat[:] = self.given["next_ways"]
+        return True
 
     def admit(self) -> None:
         """Where the kernel has asked for better dependent speeds, Python has found none: it is not to ask again up to that quality."""
@@ -364,7 +410,8 @@ class ContactRunner:
         t = float(row[Record.BEGIN if taken else Record.END])
         pairs = zip(self.contacts, modes, self.arrays["leaving"], strict=True)
         leaves = {f"{c.name} {'sticks' if m else 'closes'}": 1.0 for c, m, up in pairs if up}
-        return Went(motion, back, event, t, y[:-1].copy(), float(y[-1]), modes, ways, numbers, by, leaves)
+        still = int(self.arrays["kept"][-1])
+        return Went(motion, back, event, t, y[:-1].copy(), float(y[-1]), modes, ways, numbers, by, leaves, still)
 
     def _collect(self, by: tuple[Event, ...]) -> tuple[list[Solution], tuple[Event, ...]]:
         """The modes that are completed, as one motion, and what began the next one."""
@@ -377,6 +424,7 @@ class ContactRunner:
         phases, segments, events, by = self._parts(rows, modes, by)
         names = dict.fromkeys(one.method for one in modes)
         steps, rates = int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
+        self.steps += steps
         self.s[[Slot.STEPS, Slot.RATES]] = 0.0
         made = Solution(
             self.eom,

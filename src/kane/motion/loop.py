@@ -76,7 +76,7 @@ def run(
     times: Array,
 ) -> Solution:
     """A motion from values of its parameters and its inputs, `given`, on."""
-    method, phase, t = solver(options, bounds), Phase(*given), span[0]
+    method, phase, t = solver(options, bounds).after(begin.steps), Phase(*given), span[0]
     pieces: list[Solution] = []
     short, begun = 0, time.monotonic()
     while True:

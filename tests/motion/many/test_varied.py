@@ -106,6 +106,11 @@ def test_across_impacts_of_contacts():
         s = sensitivities(eom, (0, 1.2), [y, e], q={y: height}, samples=runs.t.values, **given)
         rows = np.searchsorted(s.t, runs.t.values, side="right") - 1
         np.testing.assert_array_equal(runs["y_by"].values[k], s[y][rows])
+    stopped = kn.simulate_many(eom, (0, 1.2), q={y: heights}, by=[y, e], samples=4, max_steps=8, **given, **TIGHT)
+    assert set(stopped.status.values.tolist()) == {"stopped"}
+    np.testing.assert_array_equal(np.isnan(stopped["y_by"]).all("by"), np.isnan(stopped["y"]))  # as they were told
+    with pytest.raises(kn.SimulationError, match="got none of 2 of 2, of instance 0: Expected the length of the steps"):
+        kn.simulate_many(eom, (0, 1.2), q={y: heights}, by=[y, e], method="rk4", **given)
 
 
 @pytest.mark.parametrize("lanes", [False, pytest.param(True, marks=pytest.mark.slow)])

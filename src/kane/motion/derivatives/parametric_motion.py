@@ -46,14 +46,15 @@ class ParametricMotion:
 
     @staticmethod
     def of(
-        eom: Equations, span: Any, by: Any, given: State, tolerances: tuple[float, float], settings: Settings | None
-    ) -> "ParametricMotion":
-        """Of the arguments as they were given."""
+        eom: Equations, span: Any, by: Any, given: State, tolerances: tuple[float, float], settings: Settings | None,
+        further: Mapping[str, Any] | None = None,
+    ) -> "ParametricMotion":  # fmt: skip
+        """Of the arguments as they were given, and `further` options of the motions."""
         check_equations(eom)
         start, end = check_span(span)
         for name, value in zip(("rtol", "atol"), tolerances, strict=True):
             check_tolerance(name, value)
-        map_ = ReturnMap(eom, None, end - start, given.inputs, start, end - start, tolerances, settings)
+        map_ = ReturnMap(eom, None, end - start, given.inputs, start, end - start, tolerances, settings, further or {})
         return ParametricMotion(map_, given, unknowns(eom, given.inputs, by))
 
     def over(self, start: float, end: float) -> "ParametricMotion":

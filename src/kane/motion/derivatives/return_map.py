@@ -2,7 +2,7 @@
 """The motion from a state to a section, or over a period: x ↦ P(x), and its derivative."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -58,7 +58,7 @@ def named(eom: Equations, section: Any) -> Event:
 class ReturnMap:
     """P of equations: up to the `section`, or over a `period`, an expression of parameters or a number.
 
-    `within` is how long the section is waited for, `t0` when motions begin.
+    `within` is how long the section is waited for, `t0` when motions begin, `further` options of `kn.simulate` that these have.
     """
 
     eom: Equations
@@ -69,6 +69,7 @@ class ReturnMap:
     within: float
     tolerances: tuple[float, float]
     settings: Settings | None = None
+    further: Mapping[str, Any] = field(default_factory=dict)
 
     @staticmethod
     def of(eom: Equations, section: Any, period: Any, **given: Any) -> "ReturnMap":
@@ -135,15 +136,19 @@ class ReturnMap:
         span = t0, t0 + self.length(self.known(parameters))
         check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
         drives = self.drives(parameters, begin)
-        rtol, atol = self.tolerances
-        options = OPTIONS | {"rtol": rtol, "atol": atol, "settings": self.settings}
-        bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
+        bounds = {name: self.further.get(name) for name in ("max_steps", "max_seconds", "first_step")}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
         result: Solution = run_over_time(eom)(
-            eom, span, first, (constants, drives), options, bounds, sample_times(samples, span)
+            eom, span, first, (constants, drives), self.options, bounds, sample_times(samples, span)
         )
         return result
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of the motions."""
+        own = dict(zip(("rtol", "atol"), self.tolerances, strict=True), settings=self.settings)
+        return OPTIONS | {name: value for name, value in self.further.items() if name in OPTIONS} | own
 
     def admitted(self, given: State) -> Array:
         """(q, u, a) of values and guesses, on the constraints."""
@@ -211,8 +216,7 @@ class ReturnMap:
 
     def walk(self, by: tuple[Parameter, ...]) -> Differential:
         """What differentiates its motions."""
-        options = OPTIONS | {"rtol": self.tolerances[0], "atol": self.tolerances[1], "settings": self.settings}
-        return Differential(by, self.settings, options | {"contacts": self.eom, "drives": self.drives})
+        return Differential(by, self.settings, self.options | {"contacts": self.eom, "drives": self.drives})
 
     def again(self, motion: Solution, parameters: Mapping[Any, float]) -> Again:
         """The same motion at other samples."""

@@ -207,7 +207,7 @@ class Differential:
         moved = moved_breakpoints(eom, phase, (whole[0] - room, whole[1] + room), self.by, self._watched)
         here = [one for one in moved if low - room <= one.t <= high + room]
         self._moved += here
-        every = {*breakpoints_of(eom, phase, whole), *(one.t for one in here)}
+        every = {*breakpoints_of(eom, phase, whole, self.options.get("breakpoints", ())), *(one.t for one in here)}
         return sorted(t for t in every if low < t < high)
 
     def leaps(self, motion: Solution, stretches: Sequence[Stretch], again: Again) -> dict[int, Leap]:

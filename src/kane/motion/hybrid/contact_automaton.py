@@ -36,7 +36,8 @@ AT_ONCE = 100
 class Back(IntEnum):
     """Why it returns: at the end; at another event than contacts'; to have Python decide after one, or take a mode; to collect.
 
-    Where it is `alone`: after as many steps as a mode's kernel takes; at a mode that is not known; at one that begins at the end.
+    A mode that is decided may be UNKNOWN. Where it is `alone`: after as many steps as a mode's kernel takes; at one that begins at
+    the end.
     """
 
     END = 1
@@ -56,7 +57,10 @@ AGAIN = 10
 
 
 class Record(IntEnum):
-    """Places in a row of `records`, one a mode: what stands at `MORE` are the numbers in p that it had, its first and last state."""
+    """Places in a row of `records`, one a mode: what stands at `MORE` are the numbers in p that it had, its first and last state.
+
+    `STEPS` and `RATES` are those before it.
+    """
 
     BEGIN = 0
     END = 1
@@ -66,7 +70,9 @@ class Record(IntEnum):
     SAMPLE = 5
     NOTED = 6
     OVER = 7
-    MORE = 8
+    STEPS = 8
+    RATES = 9
+    MORE = 10
 
 
 def automaton_kernel() -> Kernel:
@@ -107,6 +113,7 @@ class _Automaton(After):
         self.t.put(self.s[int(Slot.TIME)])
         self.begins.put(self.enter)
         self.decides.put(0)
+        self.still.put(w.compute("int", self.kept[self.of.k * 4]))
         with w.when(self.enter >= AGAIN):
             self.begins.put(0)
             at = (self.mode.get() * self.e + self.enter - AGAIN) * 2
@@ -123,6 +130,7 @@ class _Automaton(After):
                 self.follow()
         self.records[0] = w.compute("float", self.rows.get())
         self.records[1] = w.compute("float", self.noted_count.get())
+        self.kept[self.of.k * 4] = w.compute("float", self.still.get())
         return w.finished(self.back)
 
     def meets(self, kind: Term, contact: Term) -> None:
@@ -198,20 +206,19 @@ class _Automaton(After):
         w, of = self.w, self.of
         self.decides.put(0)
         of.unsure.put(0)
-        self.code.put(-1.0)
         of.doubt(self.still.get() > AT_ONCE)
         self.over.put(self.t.get())
         self.keep(back=False)
         self.decide_after()
-        with w.when(of.unsure.get() < 1):
-            self.go_over()
         with w.when(of.unsure.get() > 0):
             self.keep(back=True)
-            self.back.put(self.unless_alone(Back.DECIDE, Back.UNKNOWN, self.code.get() >= 0.0))
+            self.back.put(int(Back.DECIDE))
         with w.otherwise():
+            self.go_over()
             with w.when(self.rows.get() > 0):
                 self.records[self.row(self.rows.get() - 1) + int(Record.OVER)] = self.over.get()
-            with w.when((self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)):
+            full = (self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)
+            with w.when((self.back.get() < 1) & full):
                 self.back.put(int(Back.FULL))
             self.begins.put(1)
 
@@ -237,8 +244,9 @@ class _Automaton(After):
         self.found.put(-1)
         with w.few(self.known) as m, w.when(self.codes[m].equals(self.code.get())):
             self.found.put(m)
-        of.doubt(self.found.get() < 0)
-        with w.when(of.unsure.get() < 1):
+        with w.when(self.found.get() < 0):
+            self.back.put(int(Back.UNKNOWN))
+        with w.otherwise():
             self.mode.put(self.found.get())
             self.calls[0] = w.compute("float", self.found.get())
             with w.few(of.k) as i:
@@ -269,6 +277,8 @@ class _Automaton(After):
         w, s, of, row = self.w, self.s, self.of, self.row()
         self.begins.put(0)
         mode, extra = self.mode.get(), self.extra_count()
+        for what, slot in ((Record.STEPS, Slot.STEPS), (Record.RATES, Slot.RATES)):
+            self.records[row + int(what)] = s[int(slot)]
         with w.few(extra) as i:
             self.records[row + int(Record.MORE) + i] = self.extra[i]
             place = self.p_at[mode * extra + i]
@@ -285,10 +295,10 @@ class _Automaton(After):
         self.make(self.calls.at(0))
         with w.few(self.n) as i:
             self.records[row + int(Record.MORE) + extra + i] = self.y[i]
-        for what, number in (
+        for where, number in (
             (Record.BEGIN, self.t.get()), (Record.MODE, w.compute("float", mode)), (Record.FIRST_SAMPLE, s[int(Slot.SAMPLE)])
         ):  # fmt: skip
-            self.records[row + int(what)] = number
+            self.records[row + int(where)] = number
         self.drive()
         self.look(self.t.get(), self.y.at(0), of.r.at(0), self.calls.at(0), self.glanced.at(0))
         self.found.put(0)

@@ -98,7 +98,7 @@ def structure(eom: Equations, most: int = ROWS) -> Given:
         **wide,
         "directions": np.zeros(k * (d - 1)),
         "extra": np.zeros(k * (d + 1)),
-        "kept": np.zeros(4 * k),
+        "kept": np.zeros(4 * k + 1),
         "turning": np.zeros(ROOM),
         "places": np.array([NO_PLACE if p is None else float(p) for own in where.places for p in own]),
         "always": np.array([*where.always, 0.0], dtype=float),

@@ -23,6 +23,9 @@ from kane.progress import far
 USUAL = 1e-11
 """Tolerances of motions that are differentiated by themselves, where none are told."""
 
+_FURTHER = ("method", "max_step", "breakpoints", "max_steps", "first_step", "max_seconds")
+"""Options of the motions that are as they were told."""
+
 
 def one_by_one(
     found: Any,
@@ -69,7 +72,9 @@ def _of_one(
     t: Array,
 ) -> list[Array]:  # fmt: skip
     """The derivatives of what is kept of one motion, at times or as they are reduced."""
-    course = ParametricMotion.of(eom, plan.span, by, given, (plan.rtol or USUAL, plan.atol or USUAL), settings)
+    rtol, atol = (USUAL if one is None else one for one in (plan.rtol, plan.atol))
+    further = {name: value for name, value in plan._asdict().items() if name in _FURTHER and value is not None}
+    course = ParametricMotion.of(eom, plan.span, by, given, (rtol, atol), settings, further)
     along = course.sensitivities(course.motion(t))
     rows = np.maximum(np.searchsorted(along.t, t, side="right") - 1, 0)
     result = []

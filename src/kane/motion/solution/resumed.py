@@ -39,7 +39,7 @@ class Begin:
     `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave; within the share
     `rounded` of their terms, or as far `beyond` as they are, these may have any sign. `goes_on` says that it is the end of a motion,
     `whole` that it is one of the same equations at the same values, and so on the constraints; `rtol` is the relative tolerance of the
-    motion that led there, `since` how long before an action was taken, 0 where none was.
+    motion that led there, `since` how long before an action was taken, 0 where none was; `steps` those that the motion had before.
     """
 
     q: Any
@@ -54,6 +54,7 @@ class Begin:
     since: float = 0.0
     rounded: float = 0.0
     beyond: Mapping[str, float] = field(default_factory=dict)
+    steps: int = 0
 
 
 def merged_options(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
