@@ -42,6 +42,7 @@ from kane.motion.hybrid.automaton import End, ended_by
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
 from kane.motion.hybrid.contact_tables import KNOWN, end_of
+from kane.motion.hybrid.events import ThresholdReturn
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
@@ -146,7 +147,7 @@ class ContactMotion:
                 modes[i] = ContactMode.STICK
                 continue
             directions[i] = choice.directions[n]
-            straight = len(c.slips) == 1 or not self._still(touch, {i}, directions)[i].any()
+            straight = len(c.slips) == 1 or self._slow(touch, i, self._gained(choice, n))
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
         return Decided(*held_together(touch, modes, directions), order, choice)
 
@@ -263,7 +264,9 @@ class ContactMotion:
             d = now.directions[i][: len(c.slips)]
             found |= dict(zip(c.direction, d.tolist(), strict=True))
             v = float(np.linalg.norm(touch.slips[i]))
-            gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
+            gained = (
+                self._gained(now.choice, now.closed.index(i)) if now.choice is not None and i in now.closed else 0.0
+            )
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
             level = self.slow * self.fastest[i]
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
@@ -325,12 +328,15 @@ class ContactMotion:
                         "tell and which have moved. Leave one out, or give what yields a stiffness"
                     )
 
-    def _gains(self, now: Decided, i: int) -> float:
-        """|a_t| of a contact."""
-        if now.choice is None or i not in now.closed:
-            return 0.0
-        rows = now.choice.accelerations.reshape(-1, self.layout.d)
-        return float(np.linalg.norm(rows[now.closed.index(i), 1:]))
+    def _gained(self, choice: ModeChoice, n: int) -> float:
+        """The slip that the n-th of those chosen gains where it begins, along a straight line."""
+        rows = choice.accelerations.reshape(-1, self.layout.d)
+        return STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(rows[n, 1:]))
+
+    def _slow(self, touch: ContactsAtState, i: int, gained: float) -> bool:
+        """Whether a contact slips so slowly that it goes straight on: see `ENDS`."""
+        fastest = max(self.fastest[i], touch.slip_terms[i].max(), gained)
+        return bool(np.linalg.norm(touch.slips[i]) <= self.slow * fastest)
 
     def begin(self, t: float, x: Array) -> tuple[Array, Decided]:
         """The state and the modes at the start of a motion."""
@@ -769,7 +775,14 @@ class _ContactCourse:
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
-            piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
+            try:
+                piece = run(
+                    mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times
+                )
+            except ThresholdReturn as back:
+                if not self._never_begun(back.event):
+                    raise
+                return self._sticks_on()
         at.balanced(self.now, numbers, float(piece.t[-1]), piece.states[-1])
         self._take(_of_mode(piece, mode, self.t, self.by))
         if self.runner is not None and len(piece.segments) < 2:
@@ -779,6 +792,24 @@ class _ContactCourse:
             t = float(piece.t[-1])
             self._arrives(t, piece.states[-1], float(piece.work[-1]), self.still + 1 if t <= self.t else 0)
         return piece.event
+
+    def _never_begun(self, event: Event) -> bool:
+        """Whether an event ends a slip in the plane that goes back to zero before it is anything: friction was hardly at its most."""
+        ended, began = self.at.ends(event), {own[1] for own in map(self.at.ends, self.by) if own}
+        if ended is None or ended[1] != "sticks" or "slips" not in began:
+            return False
+        return len(self.at.contacts[ended[0]].slips) == 1 and not self._mode_before().system.modes[ended[0]].slips
+
+    def _mode_before(self) -> Equations:
+        """The equations of the mode that has ended."""
+        return self.pieces[-1].segments[-1].equations
+
+    def _sticks_on(self) -> Event | None:
+        """The mode before a slip that has never begun: friction has passed its most, and is to come back from there."""
+        before = self._mode_before()
+        self.now = Decided(before.system.modes, self.now.directions)
+        numbers = self.at.constants(self.now, self.t, self.x)
+        return self._by_python(before, numbers, dict.fromkeys((e.name for e in self.by), 0.0))
 
     def _take(self, piece: Solution) -> None:
         self.pieces.append(piece)
