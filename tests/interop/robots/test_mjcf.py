@@ -62,6 +62,29 @@ def test_options_that_disable_what_acts_here_are_refused():
     assert "<option> disables contact" in read.of_kind("ignored")
 
 
+LIMITED = rod("first", '<joint name="a" axis="0 1 0" actuatorfrcrange="-0.4 0.4" actuatorgravcomp="true"/>', '<site name="s"/>',
+              more='gravcomp="1"')  # fmt: skip
+PULLED = '<tendon><spatial name="g"><site site="s"/><site site="t"/></spatial></tendon><actuator><motor name="m" tendon="g"/></actuator>'
+
+
+@pytest.mark.parametrize(
+    ("body", "more", "said"),
+    [
+        (LIMITED, '<actuator><motor joint="a"/></actuator>', ["compensation of gravity by actuators"]),
+        (LIMITED.replace("actuatorfrcrange", "user"), "", ["compensation of gravity by actuators"]),
+        (LIMITED.replace('gravcomp="1"', "") + '<site name="t" pos="1 0 1"/>', PULLED, ["without what 'm' does along its tendon"]),
+        (LIMITED.replace("<site", '<site name="t" pos="1 0 0"/><site'), PULLED, ["compensation of gravity by actuators"]),
+    ],
+)  # fmt: skip
+def test_limits_of_actuators_that_bound_more_than_is_read_are_refused(body, more, said):
+    """MuJoCo bounds the sum of all that actuators exert on a joint; a tendon between two points of one body exerts nothing on it."""
+    with pytest.warns(kn.KaneWarning, match=f"{len(said)} things that are none here"):
+        read = kn.from_mjcf(mjcf(body, more))
+    refused = read.of_kind("refused")
+    assert len(refused) == len(said)
+    assert all(text in told for text, told in zip(said, refused, strict=True))
+
+
 @pytest.mark.parametrize("timeout", [0, -1.0, "soon", float("nan")])
 def test_times_that_are_none_are_named(timeout):
     with pytest.raises(kn.ModelError, match="timeout= as seconds above zero"):

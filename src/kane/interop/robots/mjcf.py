@@ -246,6 +246,8 @@ class _MjcfReader:
                 self.refuse("joint", j, f"{what} that differs from direction to direction")
         if not single and m.jnt_stiffness[j]:
             self.refuse("joint", j, f"a spring in a {kind} joint")
+        if m.jnt_actgravcomp[j] and m.body_gravcomp.any() and (m.jnt_actfrclimited[j] or not len(m.actuator_trntype)):
+            self.refuse("joint", j, "compensation of gravity by actuators, where there are none or they have a limit")
         limited = bool(m.jnt_limited[j])
         if limited and not single:
             self.remarks.say("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name))
