@@ -30,6 +30,17 @@ def test_models_move_as_mujoco_says(name, rng):
     assert all(r.kind != "refused" for r in read.remarks)
 
 
+@pytest.mark.parametrize("name", ["tree", "weld"])
+def test_a_motion_starts_where_the_file_places_bodies(name):
+    """Free bodies, too: they were at the origin, along its axes."""
+    model, read = mujoco.MjModel.from_xml_string(MODELS[name]), kn.from_mjcf(MODELS[name])
+    data = mujoco.MjData(model)
+    for j, joint in enumerate(read.extras["joints"].values()):
+        own = [read.extras["start"].q[q] for q in read.system[joint].coordinates]
+        values, _ = mujoco_robots.values(model, data, j)
+        np.testing.assert_allclose([getattr(x, "value", x) for x in own], values, rtol=1e-15)
+
+
 def test_what_is_soft_and_what_is_left_out_is_said():
     body = rod("first", '<joint name="a" range="-1 1" limited="true" frictionloss="0.2"/>', '<site name="s"/>')
     more = '<actuator><motor name="jet" site="s" gear="1 0 0 0 0 0"/></actuator><sensor><jointpos joint="a"/></sensor>'

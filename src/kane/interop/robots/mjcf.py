@@ -257,6 +257,7 @@ class _MjcfReader:
             np.array(m.jnt_axis[j]) if single else np.array([0.0, 0.0, 1.0]),
             np.array(m.jnt_pos[j]) if kind != "free" else np.zeros(3),
             float(m.qpos0[p]) if single else 0.0,
+            (*m.qpos0[p + 3 : p + 7].tolist(), *m.qpos0[p : p + 3].tolist()) if kind == "free" else (),
             float(m.dof_armature[d]),
             float(m.dof_damping[d]),
             float(m.dof_frictionloss[d : d + count].max()),
