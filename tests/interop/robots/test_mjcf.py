@@ -75,7 +75,8 @@ def test_options_that_disable_what_acts_here_are_refused():
 
 LIMITED = rod("first", '<joint name="a" axis="0 1 0" actuatorfrcrange="-0.4 0.4" actuatorgravcomp="true"/>', '<site name="s"/>',
               more='gravcomp="1"')  # fmt: skip
-PULLED = '<tendon><spatial name="g"><site site="s"/><site site="t"/></spatial></tendon><actuator><motor name="m" tendon="g"/></actuator>'
+PULLED = '<tendon><spatial name="g"><site site="s"/><site site="t"/></spatial></tendon>'
+PULLED += '<actuator><motor name="m" tendon="g"/></actuator>'
 
 
 @pytest.mark.parametrize(
