@@ -44,7 +44,9 @@ def test_a_motion_starts_where_the_file_places_bodies(name):
 def test_what_is_soft_and_what_is_left_out_is_said():
     body = rod("first", '<joint name="a" range="-1 1" limited="true" frictionloss="0.2"/>', '<site name="s"/>')
     more = '<actuator><motor name="jet" site="s" gear="1 0 0 0 0 0"/></actuator><sensor><jointpos joint="a"/></sensor>'
-    more += '<equality><joint joint1="a" polycoef="0.1" active="false"/></equality>'
+    more += (
+        '<equality><joint joint1="a" polycoef="0.1" active="false"/></equality><keyframe><key qpos="0.3"/></keyframe>'
+    )
     with pytest.warns(
         kn.KaneWarning, match="1 things that are none here, the first: refused: actuator 'jet': transmission site"
     ):
@@ -52,6 +54,7 @@ def test_what_is_soft_and_what_is_left_out_is_said():
     said = {r.text for r in read.remarks if r.kind == "ignored"}
     assert {
         "1 sensors",
+        "1 keyframes: a motion starts where the file places bodies",
         "contacts of 1 geoms: declare them by kn.contact",
         "the equality 'equality_0', which is not active",
     } == said

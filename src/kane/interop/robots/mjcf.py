@@ -203,6 +203,10 @@ class _MjcfReader:
             self.remarks.say("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source)
         if m.nsensor:
             self.remarks.say("ignored", f"{m.nsensor} sensors", self.source)
+        if m.nkey:
+            self.remarks.say(
+                "ignored", f"{m.nkey} keyframes: a motion starts where the file places bodies", self.source
+            )
         if float(m.opt.density) or float(m.opt.viscosity):
             self.remarks.say("refused", "the medium: its density and viscosity act on no body here", self.source)
         if int(m.opt.disableactuator):
