@@ -73,6 +73,21 @@ def test_further_axes_come_first(name, model):
         close(found, expected)
 
 
+@pytest.mark.parametrize("native", [False, True])
+@pytest.mark.parametrize("name", TOOLS)
+def test_parameters_by_name_may_be_traced_and_have_axes(name, native):
+    """They were refused as no numbers, so that nothing was differentiated by them."""
+    to, array, jacobian = tool(name)
+    eom = kn.derive(pendulums.system(2))
+    compiled, f, x = eom.compile(), to(eom, native=native), state(eom)
+    first, last = eom.parameters[0], eom.parameters[-1].name
+    found = jacobian(lambda v: f(0.0, array(x), {first: v[0], last: v[1]}))(array([1.1, 0.7]))
+    close(found, compiled.jac_parameters(0.0, x, p={first: 1.1, last: 0.7})[:, [0, -1]])
+    several = importlib.import_module("jax.numpy").array([0.9, 1.2]) if name == "jax" else array([0.9, 1.2])
+    many = f(0.0, array(x), {first: several, last: 2.0})
+    close(many, [compiled.rhs(0.0, x, p={first: v, last: 2.0}) for v in (0.9, 1.2)])
+
+
 def test_jax_maps_and_differentiates_twice():
     """∂(wᵀ J v)/∂x beside our own, and vmap beside a loop."""
     jax = jax64()

@@ -164,6 +164,33 @@ def test_random_trees(tmp_path_factory, seed, bodies):
     assert_alike(system, imported(tmp_path_factory.mktemp("tree") / "model.py", text).system(), signs=False)
 
 
+TABLES = {
+    "linear": np.linspace(0.1, 2.9, 40) ** 2, "cubic": [0.0, 0.3, -1.0, 1 / 3], "periodic": [0.0, 0.3, -1.0, 0.0], "steps": [2.0],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_tables_come_back_by_their_points(kind, tmp_path):
+    """In loads, in potentials with their derivatives, in events, and one of the state beside one of the time."""
+    y = TABLES[kind]
+    x = np.linspace(0.5, 7, len(y))
+    N = kn.Frame("N")
+    q, u = kn.coordinate("q", "m"), kn.speed("u", "m/s")
+    P = kn.Point("O", fixed_in=N).at("P", q * N.x)
+    force, plain = kn.table(x, y, kind, name="class", unit="N", of="m"), kn.table(x, y, kind)
+    loads = [kn.Force(P, force(2 * q) * plain(kn.time) * N.x)]
+    if kind in ("cubic", "periodic"):
+        loads.append(kn.loads.Load.from_potential(kn.table(x, y, kind, name="V")(q), "pulled"))
+    body, events = kn.Particle("p", P, kn.parameter("m", 2.0, "kg")), [kn.Event("there", plain(q) - 0.1)]
+    system = kn.System(N, bodies=[body], speeds={u: q.dt}, loads=loads, events=events)
+    text = kn.exchange.to_python(system)
+    written = imported(tmp_path / "m.py", text).system()
+    assert_alike(system, written)
+    assert digest(written.events[0].quantity) == digest(events[0].quantity)
+    assert kn.exchange.to_python(written) == text
+    assert max(map(len, text.splitlines())) <= 118
+
+
 def test_names_that_python_does_not_take(tmp_path):
     """Names stay what they were; those of Python's variables are free identifiers."""
     N = kn.Frame("class")

@@ -30,7 +30,7 @@ q1, q2 = coordinates("q1:3")
 (u1,) = speeds("u1")
 m, l = parameters("m, l")
 OURS = {s.name: s for s in (q1, q2, u1, m, l)}
-Q1, Q2, U1, M, L = sympy.symbols("q1 q2 u1 m l")
+Q1, Q2, U1, M, L, T = sympy.symbols("q1 q2 u1 m l t")
 
 
 @given(programs())
@@ -91,6 +91,15 @@ def test_constants_stay_exact() -> None:
     assert float(from_sympy(sympy.E, {})) == pytest.approx(float(sympy.E), rel=1e-15)
 
 
+def test_a_comparison_in_sums_and_functions_is_one_or_zero() -> None:
+    """It was SymPy's relation there, of which SymPy can compute nothing."""
+    for ours in (3 * q1.less(q2) + m, q1.less(q2).max(m).sin(), q1.less(q2).less(m)):
+        back = from_sympy(to_sympy(ours), OURS)
+        for a in (-1.0, 1.0):
+            at = {q1: a, q2: 0.5, m: 0.25}
+            assert evaluate(back, at) == evaluate(ours, at)
+
+
 def test_a_condition_that_hangs_on_a_condition() -> None:
     """SymPy writes ITE for a Piecewise of conditions; it meets one where a choice is compared."""
     choice = sympy.ITE(Q1 < 0, Q2 < 1, Q2 < 2)
@@ -131,6 +140,8 @@ def test_symbols_are_looked_up_by_symbol_or_name() -> None:
     real = sympy.Symbol("x", real=True)
     assert from_sympy(real * 2, {real: q1}) is 2 * q1
     assert from_sympy(real * 2, {"x": q1 + q2}) is 2 * (q1 + q2)
+    late = sympy.Function("q1")(T - 1)
+    assert from_sympy(late - sympy.Function("q1")(T), {late: q2, "q1": q1}) is q2 - q1
 
 
 @pytest.mark.parametrize(
@@ -185,6 +196,11 @@ def test_what_has_no_operation_of_its_own(theirs, ours: Expr) -> None:
         (sympy.Piecewise((Q1, Q1 < Q2)), "without a last case"),
         ((Q1 < Q2) & (Q2 < 1), "real value"),
         (sympy.Derivative(Q1**2, Q1), "derivatives of functions of time"),
+        *(
+            (sympy.Function("q1")(*at), "functions of the time alone")
+            for at in ((T - 1,), (0,), (T, M), (M,), (2 * T,))
+        ),
+        (sympy.Function("q1")(M).diff(M), "functions of the time alone"),
     ],
 )
 def test_what_cannot_be_converted_is_named(expression, message: str) -> None:

@@ -106,8 +106,9 @@ def test_what_a_program_cannot_look_after_is_refused():
     for kept in (load("four_bar").system(), line(-x, events=[kn.Event("down", x)])):
         with pytest.raises(kn.ProgramError, match=r"are kept|are watched"):
             emit_simulator(kn.derive(kept).compile(), "midpoint")
-    with pytest.raises(kn.ProgramError, match="Expected a period above zero"):
-        emit_simulator(EOM.compile(), "rk4", 0.0)
+    for period in (0.0, -1, np.nan, np.inf, "0.1", True, [0.1]):
+        with pytest.raises(kn.ProgramError, match="Expected a period above zero"):
+            emit_simulator(EOM.compile(), "rk4", period)
     assert "turns rates at times that no line gives" in refused(line(kn.sign(kn.sin(kn.time))))
     for height in (kn.max(kn.time - 1, 0), kn.table([0, 1, 2], [0, 1, 0], "linear")(kn.time)):
         assert "prescribes a motion, which may jump" in refused(line(-x, P.at("Q", height * N.y)))

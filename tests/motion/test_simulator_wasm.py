@@ -236,6 +236,10 @@ def test_what_is_refused():
         emit_simulator_wasm(kn.derive(load("bouncing_ball").system()).compile(), modes=[(5,)])
     with pytest.raises(kn.KaneError, match=r"for a module of WebAssembly, got 'gauss16'"):
         emit_simulator_wasm(kn.derive(load("pendulum").system()).compile(), "gauss16")
+    for samples in (0, 1, -1, 2.5, True, "3", None, 10**9):  # 0 and −1 were modules that write over their own memory
+        for name in ("pendulum", "bouncing_ball"):
+            with pytest.raises(kn.ProgramError, match="samples= a whole number from 2"):
+                emit_simulator_wasm(kn.derive(load(name).system()).compile(), samples=samples)
 
 
 def test_the_module_tells_what_stands_where():

@@ -427,7 +427,7 @@ class Table(Attributes):
         """The value at x."""
         return applied(self.op, x) if isinstance(x, Expr) else self.op.data.at(x)
 
-    def derivative(self, order: int = 1) -> Callable[[Any], Any]:
+    def derivative(self, order: int = 1) -> Table:
         """The nth derivative, a table too."""
         op = self.op
         for _ in range(order):
@@ -466,6 +466,22 @@ def table(
         if not isinstance(text, str) or (what == "name" and not text.isidentifier()):
             raise ExpressionError(f"Expected {what} of a table as a text such as 'p', got {cut(repr(text))}.")
     return Table(with_corners(_KINDS[kind](places, values), name, unit, of), (places, values), kind)
+
+
+def table_of(op: Piecewise) -> Table | None:
+    """The table of which an operation is the derivative of its order; none where it is no table's, as one side of a corner."""
+    known = [x for x in _known.values() if not x.order and x.label + op.order * "'" == op.label]
+    for base in known if op.order else [op]:
+        data = base.data
+        x, y = (data.ends, data.coefficients[1:, 0]) if data.period is None else (data.centers, data.coefficients[:, 0])
+        for kind in _KINDS:
+            try:
+                made = table(x, y, kind, name=base.label, unit=base.unit, of=base.of)  # type: ignore[arg-type]
+            except ExpressionError:
+                continue
+            if made.op is base and made.derivative(op.order).op is op:
+                return made
+    return None
 
 
 def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:

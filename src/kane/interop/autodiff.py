@@ -7,7 +7,7 @@ Each tool is imported when it is asked for.
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from kane.interop.native_jax import native as native_of_jax
 from kane.interop.native_routines import Evaluate, of_arrays
 from kane.interop.native_torch import native as native_of_torch
 from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values
 from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values
 from kane.program.program import Port, Program, Routine
 
@@ -48,7 +49,7 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
     -------
     callable
         Vectors have their values on the last axis; axes before it are broadcast and come first in the result. `p` and `r` are as in
-        `Compiled.rhs`: parameters left out have their defaults.
+        `Compiled.rhs`: parameters left out have their defaults. Values by name may be traced, and have axes.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
             "of JAX, or to_jax(…, single=True)."
         )
 
-    return _of_tool(eom, routine, jnp, number, partial(native_of_jax, jax) if native else None)
+    return _of_tool(eom, routine, jnp, jax.Array, number, partial(native_of_jax, jax) if native else None)
 
 
 def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callable[..., Any]:
@@ -97,13 +98,13 @@ def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callabl
     def number(value: Any) -> Any:
         return torch.as_tensor(value, dtype=torch.float64)
 
-    return _of_tool(eom, routine, torch, number, partial(native_of_torch, torch) if native else None)
+    return _of_tool(eom, routine, torch, torch.Tensor, number, partial(native_of_torch, torch) if native else None)
 
 
 def _of_tool(
-    eom: Any, routine: str, xp: Any, number: Callable[[Any], Any], native: Callable[..., Any] | None
+    eom: Any, routine: str, xp: Any, kind: type, number: Callable[[Any], Any], native: Callable[..., Any] | None
 ) -> Callable[..., Any]:
-    """A routine as operations of a library of arrays, or as machine code that it calls."""
+    """A routine as operations of a library of arrays of this kind, or as machine code that it calls."""
     program = cache(lambda name: _program(eom, (name,)))
 
     def operations(name: str) -> Evaluate:
@@ -111,7 +112,16 @@ def _of_tool(
 
     own = program(routine)
     evaluate = of_arrays(own.ports, native(routine, program, operations)) if native else operations(routine)
-    return _callable(eom, own, number, evaluate)
+
+    def vector(values: Sequence[Any]) -> Any:
+        arrays = [number(v) for v in values]
+        leading = xp.broadcast_shapes(*(a.shape for a in arrays))
+        return xp.stack([xp.broadcast_to(a, leading) for a in arrays], -1)
+
+    def by_name(port: Port, value: Mapping[Any, Any], base: Array) -> Any:
+        return _by_name(port, value, base, kind, vector)
+
+    return _callable(eom, own, number, by_name, evaluate)
 
 
 def to_casadi(eom: Any, routine: str = "rhs") -> Any:
@@ -262,14 +272,31 @@ def _traced(program: Program, xp: Any, number: Callable[[Any], Any]) -> Evaluate
     return evaluate
 
 
-def _callable(eom: Any, program: Program, number: Callable[[Any], Any], evaluate: Evaluate) -> Callable[..., Any]:
+ByName: TypeAlias = Callable[[Port, Mapping[Any, Any], Array], Any]
+"""The vector of a port from values by symbol or name, and numbers of those that are left out."""
+
+
+def _by_name(
+    port: Port, value: Mapping[Any, Any], base: Array, kind: type, vector: Callable[[Sequence[Any]], Any]
+) -> Any:
+    """Arrays of the tool, what it traces among them, stay what they are; other values are numbers."""
+    given = named_values(port.nouns, port.symbols, value)
+    traced = {s: v for s, v in given.items() if isinstance(v, kind)}
+    zeros = dict.fromkeys(traced, 0.0)
+    numbers = check_complete(port, replaced_values(port, {**given, **zeros}, base))
+    return vector([traced.get(s, x) for s, x in zip(port.symbols, numbers, strict=True)]) if traced else numbers
+
+
+def _callable(
+    eom: Any, program: Program, number: Callable[[Any], Any], by_name: ByName, evaluate: Evaluate
+) -> Callable[..., Any]:
     """A function of the ports of a routine that gives arrays."""
     ports, name = program.ports, program.routines[0].name
     defaults = {port.name: port_defaults(port) for port in ports if port.hoisted}
 
     def function(t: Any, x: Any, *rest: Any, **named: Any) -> Any:
         given = _given(ports, (t, x, *rest), named)
-        return evaluate([_vector(port, given.get(port.name), defaults, number) for port in ports])
+        return evaluate([_vector(port, given.get(port.name), defaults, number, by_name) for port in ports])
 
     function.__name__ = function.__qualname__ = name
     function.__doc__ = f"{name}({program.signature}) of {eom!r}."
@@ -287,11 +314,12 @@ def _given(ports: Sequence[Port], rest: tuple[Any, ...], named: Mapping[str, Any
     return {**dict(zip(names, rest, strict=False)), **named}
 
 
-def _vector(port: Port, value: Any, defaults: Mapping[str, Array], number: Callable[[Any], Any]) -> Any:
+def _vector(
+    port: Port, value: Any, defaults: Mapping[str, Array], number: Callable[[Any], Any], by_name: ByName
+) -> Any:
     """An argument as an array, of which nothing is missing."""
     if isinstance(value, Mapping):
-        base = defaults.get(port.name, np.full(len(port.symbols), np.nan))
-        value = check_complete(port, replaced_values(port, value, base))
+        value = by_name(port, value, defaults.get(port.name, np.full(len(port.symbols), np.nan)))
     elif value is None and port.hoisted:
         value = check_complete(port, defaults[port.name])
     elif value is None and not port.symbols:

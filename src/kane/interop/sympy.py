@@ -12,7 +12,7 @@ from kane.errors import ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
 from kane.expr.numbers import Surd
-from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.ops import ADD, DIV, LESS, MUL, NEG, SUB, WHERE
 from kane.expr.piecewise import lowered
 from kane.expr.regular import unguarded
 from kane.expr.symbols import Parameter, Rate, Symbol, Time, time
@@ -49,6 +49,9 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
             return _number(constant_value(node))
         if node.op in _FAMILY:
             return _flat(node, converted, inner)
+        if node.op is WHERE:
+            condition, *values = node.args
+            return functions["where"](_relation(condition, converted), *[converted[a] for a in values])
         return functions[node.op.name](*[converted[a] for a in node.args])
 
     with ExitStack() as rest:
@@ -60,7 +63,15 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
             except RecursionError:  # SymPy asks deep arguments for their properties: from here on unevaluated
                 rest.enter_context(sympy.evaluate(False))
                 converted[node] = convert(node)
-    return converted[order[-1]]
+    whole = order[-1]
+    return _relation(whole, converted) if whole.op is LESS else converted[whole]
+
+
+def _relation(comparison: Expr, converted: Mapping[Expr, Any]) -> Any:
+    """A comparison as SymPy's; elsewhere it is a number, 1 or 0."""
+    import sympy
+
+    return sympy.StrictLessThan(*[converted[a] for a in comparison.args])
 
 
 _FAMILY = {ADD: 1, SUB: 1, NEG: 1, MUL: 2, DIV: 2}
@@ -115,7 +126,7 @@ def _to_functions() -> dict[str, Callable[..., Any]]:
         "abs": sympy.Abs,
         "min": sympy.Min,
         "max": sympy.Max,
-        "less": sympy.StrictLessThan,
+        "less": lambda x, y: sympy.Piecewise((1, sympy.StrictLessThan(x, y)), (0, True)),
         "where": lambda c, x, y: sympy.Piecewise((x, c), (y, True)),
     }
 
@@ -152,7 +163,7 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
         A SymPy expression or a number. Text is refused: SymPy's parser evaluates it as code.
     symbols
         What each SymPy symbol stands for, by the symbol or by its name; q1(t) is looked up under q1. Rates, "q1'"
-        and the derivative of q1(t), follow from q1.
+        and the derivative of q1(t), follow from q1. Values at other instants, q1(t − 1) or q1(0), stand for what they are given.
 
     Raises
     ------
@@ -205,7 +216,7 @@ def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Expr | _Choice | None:
     if isinstance(node, sympy.Symbol):
         return _declared(node, node.name, symbols)
     if isinstance(node, AppliedUndef):
-        return _declared(node, node.func.__name__, symbols)
+        return _function(node, symbols)
     if isinstance(node, sympy.Derivative):
         return _derivative(node, symbols)
     if isinstance(node, sympy.Rational):
@@ -238,6 +249,18 @@ def _declared(node: Any, name: str, symbols: Mapping[Any, Expr]) -> Expr:
     raise ExpressionError(f"Expected every SymPy symbol in `symbols`, got none for {name!r}. Known here: {names}.")
 
 
+def _function(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
+    """What q(t) stands for by the name q: a value at another instant, as q(t − τ) or q(0), is none of it."""
+    import sympy
+
+    if node in symbols:
+        return symbols[node]
+    at, *more = node.args
+    if more or not isinstance(at, sympy.Symbol) or symbols.get(at, symbols.get(at.name, time)) is not time:
+        raise ExpressionError(f"Expected functions of the time alone, such as q(t), got {cut(node, 80)}.")
+    return _declared(node, node.func.__name__, symbols)
+
+
 def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
     from sympy.core.function import AppliedUndef
 
@@ -246,7 +269,7 @@ def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
     base, (variable, order), *more = node.args
     if more or not order.is_Integer or not isinstance(base, AppliedUndef) or base.args != (variable,):
         raise ExpressionError(f"Expected derivatives of functions of time such as q(t), got {cut(node, 80)}.")
-    rate = _declared(base, base.func.__name__, symbols)
+    rate = _function(base, symbols)
     for _ in range(int(order)):
         rate = rate.dt
     return rate

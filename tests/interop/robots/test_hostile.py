@@ -61,6 +61,12 @@ WRONG = {
     "a type": (robot(PAIR + JOINT.replace("continuous", "revolut")), "one of revolute, .*got 'revolut'. Did you mean revolute"),
     "a slip": (robot(PAIR.replace("inertial", "intertial") + JOINT), "got 'intertial'. Did you mean inertial"),
     "a slip within": (robot(PAIR.replace("<mass", "<mas") + JOINT), r"Expected in <inertial> one of .* got 'mas'.*line 2"),
+    "a slip in an attribute": (robot(PAIR.replace('iyy="1"', 'Iyy="1"') + JOINT), "got 'Iyy'. Did you mean iyy?.*line 2"),
+    "two orientations": (
+        robot(PAIR + JOINT.replace("<child", '<origin rpy="0 0 1" quat_xyzw="0 0 0 1"/><child')),
+        "rpy= or quat_xyzw= .*, got both",
+    ),
+    "no quaternion": (robot(PAIR + JOINT.replace("<child", '<origin quat_xyzw="0 0 0 0"/><child')), "that is not zero .*, got zero"),
     "macros": (robot('<xacro:macro name="x" xmlns:xacro="http://www.ros.org/wiki/xacro"/>' + PAIR + JOINT), "Run xacro over it first"),
     "no mass": (robot(PAIR.replace('<mass value="1"/>', "") + JOINT), "Expected a <mass> of the link 'a', got none"),
     "a word": (robot(PAIR.replace('mass value="1"', 'mass value="$(rm -rf /)"') + JOINT), "Expected a number as value= of <mass>"),

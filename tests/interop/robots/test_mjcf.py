@@ -30,10 +30,23 @@ def test_models_move_as_mujoco_says(name, rng):
     assert all(r.kind != "refused" for r in read.remarks)
 
 
+@pytest.mark.parametrize("name", ["tree", "weld"])
+def test_a_motion_starts_where_the_file_places_bodies(name):
+    """Free bodies, too: they were at the origin, along its axes."""
+    model, read = mujoco.MjModel.from_xml_string(MODELS[name]), kn.from_mjcf(MODELS[name])
+    data = mujoco.MjData(model)
+    for j, joint in enumerate(read.extras["joints"].values()):
+        own = [read.extras["start"].q[q] for q in read.system[joint].coordinates]
+        values, _ = mujoco_robots.values(model, data, j)
+        np.testing.assert_allclose([getattr(x, "value", x) for x in own], values, rtol=1e-15)
+
+
 def test_what_is_soft_and_what_is_left_out_is_said():
     body = rod("first", '<joint name="a" range="-1 1" limited="true" frictionloss="0.2"/>', '<site name="s"/>')
     more = '<actuator><motor name="jet" site="s" gear="1 0 0 0 0 0"/></actuator><sensor><jointpos joint="a"/></sensor>'
-    more += '<equality><joint joint1="a" polycoef="0.1" active="false"/></equality>'
+    more += (
+        '<equality><joint joint1="a" polycoef="0.1" active="false"/></equality><keyframe><key qpos="0.3"/></keyframe>'
+    )
     with pytest.warns(
         kn.KaneWarning, match="1 things that are none here, the first: refused: actuator 'jet': transmission site"
     ):
@@ -41,6 +54,7 @@ def test_what_is_soft_and_what_is_left_out_is_said():
     said = {r.text for r in read.remarks if r.kind == "ignored"}
     assert {
         "1 sensors",
+        "1 keyframes: a motion starts where the file places bodies",
         "contacts of 1 geoms: declare them by kn.contact",
         "the equality 'equality_0', which is not active",
     } == said
@@ -60,6 +74,30 @@ def test_options_that_disable_what_acts_here_are_refused():
         read = kn.from_mjcf(text)
     assert read.of_kind("refused") == ("<option> disables spring",)
     assert "<option> disables contact" in read.of_kind("ignored")
+
+
+LIMITED = rod("first", '<joint name="a" axis="0 1 0" actuatorfrcrange="-0.4 0.4" actuatorgravcomp="true"/>', '<site name="s"/>',
+              more='gravcomp="1"')  # fmt: skip
+PULLED = '<tendon><spatial name="g"><site site="s"/><site site="t"/></spatial></tendon>'
+PULLED += '<actuator><motor name="m" tendon="g"/></actuator>'
+
+
+@pytest.mark.parametrize(
+    ("body", "more", "said"),
+    [
+        (LIMITED, '<actuator><motor joint="a"/></actuator>', ["compensation of gravity by actuators"]),
+        (LIMITED.replace("actuatorfrcrange", "user"), "", ["compensation of gravity by actuators"]),
+        (LIMITED.replace('gravcomp="1"', "") + '<site name="t" pos="1 0 1"/>', PULLED, ["without what 'm' does along its tendon"]),
+        (LIMITED.replace("<site", '<site name="t" pos="1 0 0"/><site'), PULLED, ["compensation of gravity by actuators"]),
+    ],
+)  # fmt: skip
+def test_limits_of_actuators_that_bound_more_than_is_read_are_refused(body, more, said):
+    """MuJoCo bounds the sum of all that actuators exert on a joint; a tendon between two points of one body exerts nothing on it."""
+    with pytest.warns(kn.KaneWarning, match=f"{len(said)} things that are none here"):
+        read = kn.from_mjcf(mjcf(body, more))
+    refused = read.of_kind("refused")
+    assert len(refused) == len(said)
+    assert all(text in told for text, told in zip(said, refused, strict=True))
 
 
 @pytest.mark.parametrize("timeout", [0, -1.0, "soon", float("nan")])

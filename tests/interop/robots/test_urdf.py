@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import kane as kn
 from tests.examples import examples
-from tests.interop.robots.texts import ARM, urdf
+from tests.interop.robots.texts import ARM, numbers, urdf
 from tests.peer import require
 
 require("defusedxml")
@@ -35,6 +38,27 @@ def check(text: str, seed: int, free: bool = False, **options: object) -> None:
 )
 def test_random_trees_move_as_pinocchio_says(kinds, seed, plain, mimic, parameters):
     check(urdf(kinds, np.random.default_rng(seed), plain=plain, mimic=mimic), seed, parameters=parameters)
+
+
+def quaternion(found: re.Match[str]) -> str:
+    """Roll, pitch and yaw as a quaternion of any length, the scalar last."""
+    return f'quat_xyzw="{numbers(3 * Rotation.from_euler("xyz", np.fromstring(found[1], sep=" ")).as_quat())}"'
+
+
+@pytest.mark.parametrize("plain", [False, True])
+def test_quaternions_of_origins_turn_as_angles_do(plain):
+    """They were ignored without a word: nothing was turned."""
+    text = urdf(["revolute", "prismatic", "planar"], np.random.default_rng(4), plain=plain)
+    model = kn.from_urdf(re.sub(r'rpy="([^"]*)"', quaternion, text))
+    assert robots.compare(text, model, kn.derive(model.system), np.random.default_rng(1), 2, False) < 1
+
+
+def test_attributes_that_are_not_read_are_said():
+    text = ARM.replace('damping="0.1"', 'damping="0.1" armature="0.3"').replace(
+        "<robot ", '<robot xmlns="urdf" xmlns:a="b" '
+    )
+    said = kn.from_urdf(text).of_kind("ignored")
+    assert set(said) - set(kn.from_urdf(ARM).of_kind("ignored")) == {"armature= of <dynamics>"}
 
 
 @pytest.mark.parametrize("plain", [False, True])

@@ -265,6 +265,15 @@ def test_names_that_a_language_keeps_for_itself_are_none_of_the_assigned(target)
     assert assigned.isdisjoint(KEYWORDS[target].split())
 
 
+@pytest.mark.parametrize("target", LANGUAGES)
+def test_names_are_told_apart_by_their_first_letters(target):
+    """MATLAB cuts words off behind 63 letters, C need not look further: two parameters were one there."""
+    p = tuple(kn.parameter(f"{'a' * 70}{k}") for k in range(2))
+    text = emit(target, small((("mul", (2, 3)),), (4,), x=(kn.coordinate("x"),), p=p))
+    code = re.sub(r"(?s:/\*.*?\*/)|(//|#|%).*|\"[^\"]*\"|'[^']*'", "", text)
+    assert max(map(len, re.findall(r"\w+", code))) <= 63
+
+
 @pytest.mark.parametrize("target", QUICK)
 @examples(0.05)
 @given(st.lists(NASTY, min_size=4, max_size=4))

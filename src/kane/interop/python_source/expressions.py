@@ -16,9 +16,11 @@ from kane.errors import ModelError
 from kane.expr.node import ONE, Expr, Number, number_of, postorder
 from kane.expr.numbers import Surd
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
+from kane.expr.piecewise import Piecewise, Table, table_of
 from kane.expr.regular import unguarded
 from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
 from kane.interop.names import FreeNames
+from kane.interop.python_source.layout import call
 from kane.space.vector import Parts, Vector
 
 WORTH = 6
@@ -124,12 +126,25 @@ class Expressions:
             return _number(number_of(node))
         if op is PI:
             return "kn.pi", _ATOM
+        if isinstance(op, Piecewise) and (table := table_of(op)) is not None:
+            return f"{self._table(table, op.order)}({texts[node.args[0]][0]})", _ATOM
         if op.name not in _FUNCTIONS:
             raise ModelError(
                 f"Expected expressions of operators and functions of kane to write as Python, got {op.label or op.name!r}, "
                 "which is data. Keep the file that declares it."
             )
         return f"kn.{op.name}({', '.join(texts[a][0] for a in node.args)})", _ATOM
+
+    def _table(self, table: Table, order: int) -> str:
+        """The name of a table, which is written before, or its derivative."""
+        op = table.op
+        if op not in self.names:
+            named = {"name": op.label, "unit": op.unit, "of": op.of}
+            told = [f"{key}={literal(x)}" for key, x in named.items() if x and (key, x) != ("name", "table")]
+            points = [f"[{', '.join(map(repr, x.tolist()))}]" for x in table.points]
+            name = self.names.give(op, op.label, "table")
+            self.define(name, call("kn.table", [*points, literal(table.kind), *told]))
+        return self.names[op] + (f".derivative({order})" if order else "")
 
     def _part(self, node: Expr) -> Text | None:
         """The product of a fraction n/d and another factor as n*x/d, where that makes the same node."""

@@ -55,7 +55,7 @@ def to_python(
     Raises
     ------
     ModelError
-        if the system holds what is only known to the file that declares it: beams, tables, functions as actions, ropes round drums
+        if the system holds what is only known to the file that declares it: beams, functions as actions, ropes round drums
     SimulationError
         if a start value is no finite number
     """

@@ -103,9 +103,12 @@ def _start(made: Making, system: System) -> State:
     free: Callable[[float], Any] = guess if system.constraints else float
     at = dict.fromkeys(system.coordinates, 0.0) | {e.coordinates[0]: 1.0 for e in system.euler_parameters}
     for name, joint in made.joints.items():
-        if len(joint.coordinates) == 1:
-            low, high = made.moves[name].limits or (-inf, inf)
-            at[joint.coordinates[0]] = float(min(max(made.moves[name].reference, low), high))
+        move = made.moves[name]
+        if move.coordinates:
+            at |= zip(joint.coordinates, move.coordinates, strict=True)
+        elif len(joint.coordinates) == 1:
+            low, high = move.limits or (-inf, inf)
+            at[joint.coordinates[0]] = float(min(max(move.reference, low), high))
     return State(
         q={q: free(x) for q, x in at.items()},
         u={u: free(0.0) for u in system.speeds},

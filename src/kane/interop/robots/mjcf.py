@@ -203,6 +203,10 @@ class _MjcfReader:
             self.remarks.say("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source)
         if m.nsensor:
             self.remarks.say("ignored", f"{m.nsensor} sensors", self.source)
+        if m.nkey:
+            self.remarks.say(
+                "ignored", f"{m.nkey} keyframes: a motion starts where the file places bodies", self.source
+            )
         if float(m.opt.density) or float(m.opt.viscosity):
             self.remarks.say("refused", "the medium: its density and viscosity act on no body here", self.source)
         if int(m.opt.disableactuator):
@@ -246,6 +250,8 @@ class _MjcfReader:
                 self.refuse("joint", j, f"{what} that differs from direction to direction")
         if not single and m.jnt_stiffness[j]:
             self.refuse("joint", j, f"a spring in a {kind} joint")
+        if m.jnt_actgravcomp[j] and m.body_gravcomp.any() and (m.jnt_actfrclimited[j] or not len(m.actuator_trntype)):
+            self.refuse("joint", j, "compensation of gravity by actuators, where there are none or they have a limit")
         limited = bool(m.jnt_limited[j])
         if limited and not single:
             self.remarks.say("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name))
@@ -255,6 +261,7 @@ class _MjcfReader:
             np.array(m.jnt_axis[j]) if single else np.array([0.0, 0.0, 1.0]),
             np.array(m.jnt_pos[j]) if kind != "free" else np.zeros(3),
             float(m.qpos0[p]) if single else 0.0,
+            (*m.qpos0[p + 3 : p + 7].tolist(), *m.qpos0[p : p + 3].tolist()) if kind == "free" else (),
             float(m.dof_armature[d]),
             float(m.dof_damping[d]),
             float(m.dof_frictionloss[d : d + count].max()),

@@ -35,7 +35,7 @@ class Move:
     """A joint: its axis and anchor along the body's axes, its value in the pose that is declared, and its passive properties.
 
     `limits` bound the joint's value, `force_limits` what actuators exert on it together; `effort` says that it is driven by an input
-    of its own.
+    of its own. Of a free joint the pose that is declared are its `coordinates`, Euler parameters and place.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Move:
     axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     anchor: Array = field(default_factory=lambda: np.zeros(3))
     reference: float = 0.0
+    coordinates: tuple[float, ...] = ()
     armature: float = 0.0
     damping: float = 0.0
     friction: float = 0.0

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What ties and drives links beside their joints: couplings, closures of loops, tendons and actuators."""
 
+from collections import Counter
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.operators import less, max, min, where
 from kane.expr.symbols import Coordinate, Input, StateVariable
 from kane.interop.robots.making import Making, on_joint, turned, vector
-from kane.interop.robots.records import Actuation, Closure, Coupling, Strand
+from kane.interop.robots.records import Actuation, Closure, Coupling, Robot, Strand
 from kane.model.constraints import coincident, configuration_constraint
 from kane.model.contacts import rope, stop
 from kane.model.joints.closing import close_weld
@@ -118,10 +119,24 @@ def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
         effort = min(max(effort, d.bounds[0]), d.bounds[1])
     effort = as_expr(effort * d.gear)
     if d.strand and strands[d.strand].ends:
+        for joint in _limited_within(made.robot, d.strand):
+            text = f"joint {joint!r}: a limit of what actuators exert, without what {d.name!r} does along its tendon"
+            made.remarks.say("refused", text, made.moves[joint].where)
         made.loads.extend(strands[d.strand].effort(effort, f"actuator {name}"))
         return
     for joint, arm in strands[d.strand].on.items() if d.strand else ((d.joint, 1.0),):
         made.efforts.setdefault(joint, []).append(effort * arm)
+
+
+def _limited_within(robot: Robot, strand: str) -> list[str]:
+    """Joints with limits of force that move some of a tendon's points and not all."""
+    (points,) = (s.points for s in robot.strands if s.name == strand)
+    moved: Counter[str] = Counter()
+    for link, _ in points:
+        while link >= 0:
+            moved.update(m.name for m in robot.links[link].moves if m.force_limits is not None)
+            link = robot.links[link].parent
+    return [joint for joint, count in moved.items() if count < len(points)]
 
 
 def exert(made: Making) -> None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """URDF, the Unified Robot Description Format: links, joints, mimics, limits and shapes, with a reader of its own.
 
-Source: https://wiki.ros.org/urdf/XML. A joint's origin is where its child link is in the parent at zero; roll, pitch and yaw are
-about the fixed axes x, y, z.
+Source: https://wiki.ros.org/urdf/XML, with the quaternions of version 1.1 (https://github.com/ros/urdfdom). A joint's origin is where
+its child link is in the parent at zero; roll, pitch and yaw are about the fixed axes x, y, z.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -24,6 +24,7 @@ from kane.interop.robots.records import Coupling, Kind, LinkShape, Move, Placeme
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array
 from kane.numeric.scale import RIGHT_ANGLE
+from kane.space.attitude_formulas import cosines_of
 
 KINDS: Mapping[str, Kind | None] = {
     "revolute": "hinge",
@@ -39,8 +40,25 @@ PASSED = {
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"},
 }
 """What is read."""
-SLIP = 0.8
-"""Likeness with which a tag that is not known is taken for a slip of the pen; what is less alike is an extension, and ignored."""
+ATTRIBUTES = {
+    "robot": {"name", "version"},
+    "link": {"name"},
+    "joint": {"name", "type"},
+    "inertial": set[str](),
+    "origin": {"xyz", "rpy", "quat_xyzw"},
+    "mass": {"value"},
+    "inertia": {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"},
+    "parent": {"link"},
+    "child": {"link"},
+    "axis": {"xyz"},
+    "limit": {"lower", "upper", "effort", "velocity"},
+    "dynamics": {"damping", "friction"},
+    "mimic": {"joint", "multiplier", "offset"},
+}
+"""What is read of each element of mechanics."""
+SLIP, SHORT_SLIP = 0.8, 0.65
+"""Likeness with which a tag, and an attribute, that is not known is taken for a slip of the pen; what is less alike is an extension,
+and ignored."""
 
 
 def from_urdf(
@@ -139,6 +157,18 @@ class _UrdfReader:
                     raise ModelError(f"Expected in <{e.tag}> one of {known} It stands in {child.where}.")
                 label = child.attributes.get("name") or child.attributes.get("reference") or ""
                 self.remarks.say("ignored", f"<{cut(child.tag)}> {cut(label)}".rstrip(), child.where)
+            parts = [x for child in e.children for x in (child, *child.children * (child.tag == "inertial"))]
+            for part in (e, *parts * (e is not self.root)):
+                self._remark_attributes(part)
+
+    def _remark_attributes(self, e: Element) -> None:
+        known = ATTRIBUTES.get(e.tag, e.attributes.keys())
+        for name in [a for a in e.attributes if a not in known and ":" not in a and a != "xmlns"]:
+            if get_close_matches(name.lower(), known, cutoff=SHORT_SLIP):
+                raise ModelError(
+                    f"Expected as attributes of <{e.tag}> some of {none_of(sorted(known), name)} It stands in {e.where}."
+                )
+            self.remarks.say("ignored", f"{cut(name)}= of <{e.tag}>", e.where)
 
     # The tree ------------------------------------------------------------------------------------------------------
 
@@ -216,13 +246,24 @@ class _UrdfReader:
         """Of an <origin>, which may be absent."""
         if e is None:
             return Placement()
+        place = e.numbers("xyz", 3, (0, 0, 0))
+        if "quat_xyzw" in e.attributes:
+            return Placement(self._cosines(e), place)
         roll, pitch, yaw = (self._turn(x) for x in e.numbers("rpy", 3, (0, 0, 0)))
         about = (
             np.array([[1, 0, 0], [0, roll[0], -roll[1]], [0, roll[1], roll[0]]]),
             np.array([[pitch[0], 0, pitch[1]], [0, 1, 0], [-pitch[1], 0, pitch[0]]]),
             np.array([[yaw[0], -yaw[1], 0], [yaw[1], yaw[0], 0], [0, 0, 1]]),
         )
-        return Placement(plain(about[2] @ about[1] @ about[0]), e.numbers("xyz", 3, (0, 0, 0)))
+        return Placement(plain(about[2] @ about[1] @ about[0]), place)
+
+    def _cosines(self, e: Element) -> Array:
+        """Of the quaternion that files of version 1.1 may have in the place of angles, the scalar last."""
+        x, y, z, w = e.numbers("quat_xyzw", 4)
+        size = hypot(x, y, z, w)
+        if "rpy" in e.attributes or not size > 0:
+            raise e.wrong("rpy= or quat_xyzw= that is not zero of <origin>", "both" if size > 0 else "zero")
+        return plain(cosines_of(np.array([w, x, y, z]) / size, unit=True))
 
     def _turn(self, angle: float) -> tuple[float, float]:
         """Cosine and sine, exact where the angle is nearly a multiple of π/2."""

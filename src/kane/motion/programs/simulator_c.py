@@ -4,7 +4,6 @@
 Of what `simulate` looks after, times at which rates turn and pulses of time are looked after there too; what is not is refused.
 """
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
@@ -13,6 +12,7 @@ from typing import cast
 
 import numpy as np
 
+from kane import expect
 from kane.equations.compiled import Compiled, ports
 from kane.equations.equations import Equations
 from kane.errors import ProgramError
@@ -240,7 +240,7 @@ def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
 
 
 def _check_period(period: float | None) -> None:
-    if period is not None and not 0 < period < math.inf:
+    if period is not None and not (expect.is_number(period) and period > 0):
         raise ProgramError(f"Expected a period above zero (s) of a sampled controller, got {period!r}.")
 
 

@@ -15,7 +15,7 @@ from kane.motion.hybrid.contact_tables import MODES
 from kane.motion.programs.contacts_wasm import contacts_module
 from kane.motion.programs.program_modes import modes_of
 from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
-from kane.motion.programs.wasm_memory import Memory, bind, module_description, stepping
+from kane.motion.programs.wasm_memory import Memory, bind, checked_samples, module_description, stepping
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import begin_kernel, look_kernel
 from kane.motion.steppers.context import SIZE
@@ -39,9 +39,10 @@ def emit_simulator_wasm(
     Raises
     ------
     ProgramError
-        if the motion asks for what only Python looks after, or there is no such method
+        if the motion asks for what only Python looks after, or there is no such method, or no such number of samples
     """
     eom = cast(Equations, compiled.equations)
+    samples = checked_samples(samples, len(eom.state) + 1)
     if eom.system.modes_change:
         return contacts_module(compiled, modes_of(compiled, method, modes, 0 if modes else MODES), method, samples)
     checked(compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates at times")

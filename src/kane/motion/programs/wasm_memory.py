@@ -9,8 +9,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from kane import expect
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
+from kane.errors import ProgramError
 from kane.motion.programs.simulator_parts import SimulatorPart, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import Begun
@@ -22,6 +24,9 @@ from kane.program.emit.wasm_module import F64, I32, Module, WasmFunction, int32,
 from kane.program.kernel.language import ArrayOf, Callee, Integer, Kernel
 from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
+
+ADDRESSES = 2**30
+"""Bytes of samples at most: places in memory are integers of 32 bits with a sign."""
 
 
 def symbols_of(program: Program) -> dict[str, list[list[Any]]]:
@@ -144,6 +149,13 @@ def rates_of(memory: Memory, functions: Mapping[str, int], held: bool) -> int:
         return functions["rates"]
     own = [functions[name] for name in functions if name.startswith("rates_")]
     return one_of(memory.module, RATE, own, memory.arrays["p"] + 8 * memory.integers["held_choice_at"])
+
+
+def checked_samples(samples: int, state: int) -> int:
+    """How many samples a module has room for, if its memory has that; `state` is how many doubles one takes."""
+    most = ADDRESSES // (8 * (state + 1))
+    told = f"samples= a whole number from 2, the start and the end, to {most}"
+    return expect.whole(samples, told, least=2, most=most, error=ProgramError)
 
 
 def module_description(memory: Memory, compiled: Compiled, method: str, samples: int) -> dict[str, Any]:

@@ -55,6 +55,9 @@ _RESERVED_PYTHON = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float
 ARITHMETIC = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}", "neg": "-{0}"}
 """Operations that C and Python write alike."""
 
+LONGEST_NAME = 63
+"""Letters by which C must tell names apart, and behind which MATLAB cuts them off."""
+
 IsFree = Callable[[str], bool]
 
 
@@ -105,12 +108,12 @@ class Names:
 
 
 def local_names(program: Program, is_free: IsFree) -> Names:
-    """Names of arguments and inputs: an input's own where that is an identifier and its alone, else port and place: x0, p3."""
+    """Names of arguments and inputs: an input's own where that is a short identifier and its alone, else port and place: x0, p3."""
     ports = distinct([port.name for port in program.ports], is_free, VECTORS.values())
     arguments = dict(zip((port.name for port in program.ports), ports, strict=True)) | VECTORS
     names = [identifier(s.name) for s in program.inputs]
     times, reserved = Counter(names), set(arguments.values())
-    own = {n for n in names if n and times[n] == 1 and n not in reserved and is_free(n)}
+    own = {n for n in names if n and times[n] == 1 and n not in reserved and len(n) <= LONGEST_NAME and is_free(n)}
     inputs: list[str] = []
     taken = {*own, *reserved}
     for port in program.ports:
