@@ -88,7 +88,7 @@ def test_an_entry_goes_before_another_name():
         _ = sol.x
 
 
-@pytest.mark.parametrize("kind", [kn.Equations, kn.Solution])
+@pytest.mark.parametrize("kind", [t for t in map(type, things()) if getattr(t, "_other_names", None)])
 def test_other_names_lead_to_attributes(kind):
     known = set(dir(kind)) | set(getattr(kind, "__annotations__", ()))
     assert kind._other_names
@@ -130,6 +130,14 @@ def test_names_in_the_place_of_units():
         ):
             make(f"{stem}1", f"{stem}2")
         assert [s.unit for s in make("a b", "m/s")] == ["m/s", "m/s"]
+    with pytest.raises(
+        kn.ExpressionError, match=re.escape("the Input, got 'a b'. Several at once are kn.inputs('a b').")
+    ):
+        kn.input("a b")
+    assert kn.inputs("a b", "N") == (kn.input("a", "N"), kn.input("b", "N"))
+    assert [p.default for p in kn.parameters("a b", [2, 3.5])] == [2, 3.5]
+    with pytest.raises(kn.ExpressionError, match=re.escape("one default for all of a, b, or 2, got 3: [1, 2, 3]")):
+        kn.parameters("a b", [1, 2, 3])
     for names in (("x", "y"), ("alpha", "beta"), ("q1", "q2", "q3"), ("x1:4", "x4")):
         with pytest.raises(kn.UnitError):
             kn.coordinates(*names)

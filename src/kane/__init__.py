@@ -52,7 +52,18 @@ if TYPE_CHECKING:
         where,
     )
     from kane.expr.piecewise import table
-    from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
+    from kane.expr.symbols import (
+        coordinate,
+        coordinates,
+        input,
+        inputs,
+        parameter,
+        parameters,
+        speed,
+        speeds,
+        state,
+        time,
+    )
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
@@ -140,7 +151,7 @@ _NAMES = {
     "expr.visit": "substitute",
     "expr.symbols":
         "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate "
-        "coordinates input parameter parameters speed speeds state time",
+        "coordinates input inputs parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
     "interop.python_source.model": "to_python",
@@ -229,6 +240,29 @@ _NAMES = {
 }  # fmt: skip
 """The public names of each module, and families, which are modules themselves."""
 
+_other_names = {
+    "Frame": "ReferenceFrame",
+    "RigidBody": "Body",
+    "System": "Model",
+    "ball": "spherical SphericalJoint",
+    "configuration_constraint": "holonomic prescribe",
+    "coordinate": "dynamicsymbols",
+    "derive": "KanesMethod LagrangesMethod",
+    "free": "floating sixdof",
+    "linear_damper": "damper",
+    "linear_spring": "spring",
+    "motion_constraint": "nonholonomic",
+    "parameter": "symbols constant",
+    "pin": "revolute hinge PinJoint RevoluteJoint",
+    "simulate": "integrate solve odeint solve_ivp",
+    "slider": "prismatic PrismaticJoint",
+    "substitute": "subs msubs",
+    "table": "interp interp1d lookup LookupTable spline",
+    "time": "t",
+    "where": "Piecewise ifelse",
+}
+"""What other tools call them."""
+
 if not TYPE_CHECKING:  # checkers of types know the names
     __getattr__ = _offered(__name__, _NAMES)
 
@@ -239,7 +273,7 @@ def __dir__() -> list[str]:
 
 # In reading order: declare, derive, look, run. Names of families that are not in this list can be reached here, too.
 __all__ = [
-    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "state", "time", "pi",
+    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "inputs", "input", "state", "time", "pi",
     "Rational",
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
     "min", "max", "where", "less", "table",

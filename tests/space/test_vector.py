@@ -174,6 +174,8 @@ def test_a_copy_is_as_good():
     ("make", "error", "message"),
     [
         (lambda: N.x * N.y, kn.SpaceError, "scalar factor"),
+        (lambda: N.x & N.y, kn.SpaceError, r"a product by its name, .*: write a\.dot\(b\), a\.cross\(b\)"),
+        (lambda: kn.inertia(N, 1, 1, 1) @ N.y, kn.SpaceError, "a product by its name"),
         (lambda: N.x * kn.inertia(N, 1, 1, 1), kn.SpaceError, "scalar factor"),
         (lambda: N.x.dot(kn.inertia(N, 1, 1, 1)), kn.SpaceError, "dyadic.dot"),
         (lambda: N.x.dot(kn.Frame("M").x), kn.SpaceError, "N and M, which have no common root"),

@@ -21,7 +21,7 @@ from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.many.linearized import linearized
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import Piece
-from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams, warn_of_contacts
+from kane.analysis.operating_point import arrays_at, left_out, state_from, warn_of_beams, warn_of_contacts
 from kane.analysis.perturbations import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.partition import choose
@@ -259,7 +259,9 @@ def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
         what = f"that moves {', '.join(rate_of(i) for i in verdict.varies)}, with which the equations change"
     if speeds:
         return f"{head} {what}. With independent speeds {speeds} it is a steady motion: name those, or none."
-    return f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False."
+    return (
+        f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False.{left_out(eom)}"
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

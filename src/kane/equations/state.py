@@ -59,7 +59,7 @@ class State(Attributes):
     ----------
     q, u, states : coordinates, speeds and further states, by symbol or name, or in the order of the equations; 0 for all at zero,
         `kn.guess(value)` where a value may move, arrays where many are evaluated
-    parameters, inputs : by symbol or name
+    parameters, inputs : by symbol or name; of an input, where a motion starts, also the law that it follows
     t : the time, in s; a motion must begin there where it is not 0
     """
 
@@ -159,8 +159,13 @@ def _replaced(kind: str, old: Any, new: Any) -> Any:
     values = named_values(kind, tuple(old), new)
     if kind == "parameters":  # those by symbol that the state has none of, which `named_values` passes over
         values |= {s: v for s, v in new.items() if isinstance(s, Parameter) and s not in values}
-    plain = {s: v if isinstance(v, Guess) else finite_number("value", str(s), v) for s, v in values.items()}
-    return {**old, **plain}
+    return {**old, **{s: v if _is_law(kind, v) else finite_number("value", str(s), v) for s, v in values.items()}}
+
+
+def _is_law(kind: str, value: Any) -> bool:
+    """Whether a value is none yet: one to be solved for, or what an input follows along a motion."""
+    plain = value is None or isinstance(value, str | bytes | int | float | complex | np.generic | np.ndarray)
+    return isinstance(value, Guess) or (kind == "inputs" and not plain)
 
 
 def state_of(state: State | None, **values: Unpack[StateValues]) -> State:

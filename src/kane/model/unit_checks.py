@@ -192,8 +192,20 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
     carried = ", ".join(f"{s} [{s.unit}]" for s in free_symbols((e,))[:6])
     raise UnitError(
         f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {cut(e, 80)}, with {carried}. "
-        "Correct the expression, or the unit of a symbol in it."
+        f"{_cure(e)}"
     )
+
+
+def _cure(e: Expr) -> str:
+    """What to do about an expression of another unit: a number in it that is neither whole nor a half may be a quantity."""
+    values = (constant_value(x) for x in postorder((e,)) if x.op is CONST)
+    number = next((v for v in values if v is not None and float(2 * v) % 1), None)
+    given = (
+        f'; where {float(number):.6g} is a quantity, give it its unit: kn.parameter(name, value, "unit")'
+        if number is not None
+        else ""
+    )
+    return f"Correct the expression, or the unit of a symbol in it{given}."
 
 
 def _is_of_time(e: Expr) -> bool:

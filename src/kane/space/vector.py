@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import reduce
 from itertools import takewhile
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from kane import expect, show
@@ -47,6 +48,15 @@ class Vector(Immutable):
 
     `parts` holds one triple of measure numbers a frame. Nothing is re-expressed until it must be.
     """
+
+    _other_names = MappingProxyType(
+        {
+            "magnitude": "norm length",
+            "normalized": "normalize unit",
+            "components": "to_matrix args",
+            "express": "express_in",
+        }
+    )
 
     __slots__ = ("parts",)
     parts: Parts
@@ -136,6 +146,11 @@ class Vector(Immutable):
         raise raised(self)
 
     __rpow__ = __pow__
+
+    def __and__(self, other: object) -> NoReturn:
+        raise SpaceError("Expected a product by its name, got an operator: write a.dot(b), a.cross(b) or a.outer(b).")
+
+    __rand__ = __or__ = __ror__ = __xor__ = __rxor__ = __matmul__ = __rmatmul__ = __and__
 
     def dot(self, other: Vector) -> Expr:
         """Scalar product self · other."""
