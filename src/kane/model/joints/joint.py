@@ -171,7 +171,7 @@ def check_attachment(name: Any, at: Any, parent: Any) -> None:
     """A joint has a name, sits at a geometric point and on a frame."""
     expect.name(name, "a name for the joint")
     geometric = isinstance(at, Point) and at.body is None
-    order = "The order is name, point, frame."
+    order = "The order is name, point, frame." if isinstance(at, Frame) or isinstance(parent, Point) else ""
     expect.that(geometric, f"at=geometric point of the parent for the joint {name!r}", at, order)
     expect.instance(parent, Frame, f"parent=frame for the joint {name!r}", order)
 
