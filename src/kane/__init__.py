@@ -254,11 +254,14 @@ _other_names = {
     "motion_constraint": "nonholonomic",
     "parameter": "symbols constant",
     "pin": "revolute hinge PinJoint RevoluteJoint",
+    "evaluate": "evalf",
     "simulate": "integrate solve odeint solve_ivp",
     "slider": "prismatic PrismaticJoint",
-    "substitute": "subs msubs",
+    "solve_linear": "inv LUsolve",
+    "substitute": "subs msubs xreplace",
     "table": "interp interp1d lookup LookupTable spline",
     "time": "t",
+    "to_latex": "latex vlatex mlatex",
     "where": "Piecewise ifelse",
 }
 """What other tools call them."""

@@ -150,7 +150,7 @@ def speed_definitions(
     for u, definition in speeds.items():
         if not isinstance(u, Speed):
             raise SpeedsError(
-                f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}), which has that role already. "
+                f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}). "
                 "Declare a kn.speed for it, as in {u1: q1.dt}."
             )
         if isinstance(definition, Vector):

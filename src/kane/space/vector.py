@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from kane import expect, show
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, div, mul, neg, sqrt, sub
-from kane.expr.differentiation import tangent, time_derivative
+from kane.expr.differentiation import doubt_partial, tangent, time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
@@ -204,6 +204,7 @@ class Vector(Immutable):
             raise SpaceError(
                 f"Expected a symbol to differentiate {cut(self)} by, got {cut(repr(by))}. Along time it is v.dt(frame)."
             )
+        doubt_partial(self, lambda: self.express(frame).scalars(), by)
         total = Vector()
         for f, triple in self.parts:
             check_connected(f, frame)
