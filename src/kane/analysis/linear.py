@@ -113,7 +113,7 @@ class Linear(Attributes):
     def _spectrum(self) -> Spectrum:
         found = spectrum(self.A)
         order = np.lexsort((-found.values.real, -found.values.imag, ranks(-found.values.real, found.rounding)))
-        return Spectrum(found.values[order], found.vectors[:, order], found.rounding[order])
+        return Spectrum(found.values[order] + 0.0, found.vectors[:, order], found.rounding[order])
 
     @property
     def stable(self) -> bool:
