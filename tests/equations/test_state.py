@@ -227,6 +227,19 @@ def test_what_is_assembled_is_a_state():
     same(found, pickle.loads(pickle.dumps(found)))
 
 
+def test_the_states_of_a_dataset_are_read():
+    require("xarray")
+    places = np.array([0.0, 0.6, 0.8, 2.0])
+    table = kn.assemble(CLOSED, q={x: places, y: kn.guess(0.8)}, u={v: 1.0})
+    assert table.status.values.tolist() == ["found"] * 3 + ["failed"]
+    heights, falls = CLOSED.evaluate([y, w], table)
+    np.testing.assert_allclose(heights[:3], np.sqrt(1 - places[:3] ** 2))
+    np.testing.assert_allclose(falls[:3], -places[:3] / heights[:3], atol=1e-15)
+    assert np.isnan([heights[3], falls[3]]).all()
+    at_one = CLOSED.evaluate(w.dt, table.isel(instance=1))
+    assert at_one == CLOSED.evaluate(w.dt, kn.assemble(CLOSED, q={x: 0.6, y: kn.guess(0.8)}, u={v: 1.0}))
+
+
 def test_a_motion_starts_from_a_steady_one_with_another_law_of_an_input():
     point = kn.trim(EOM, **NEAR)
     laws = (kn.time, lambda t: t, kn.table([0, 9], [0, 9]), kn.signal([0, 4, 9], [0, 4, 9]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Parameter, Symbol, time
 from kane.numeric.sampling import finite_number, named_values, stands_for_zeros, symbol_named
 
 GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
@@ -192,6 +192,15 @@ def state_of(state: State | None, **values: Unpack[StateValues]) -> State:
             f"state.replace({twice[0]}={'…' if twice[0] == 't' else '{…}'})."
         )
     return State(**{kind: getattr(given, kind) for kind in (*GROUPS, "t")} | own)
+
+
+def columns_of(eom: Any, table: Any) -> dict[str, dict[Any, Any]]:
+    """What a Dataset holds of the symbols of equations, by kind; the time as "t", by its symbol."""
+    symbols = {kind: getattr(eom, what) for kind, what in GROUPS.items()} | {"t": (time,)}
+    return {
+        kind: {s: table[s.name].to_numpy()[()] for s in listed if s.name in table.variables}
+        for kind, listed in symbols.items()
+    }
 
 
 OperatingPoint = State
