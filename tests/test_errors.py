@@ -71,6 +71,8 @@ def test_an_unknown_attribute_names_one_that_resembles_it():
         ("q1", "It is an entry: read it as ['q1']."),
         ("M", "It is called mass_matrix."),
         ("nfev", "It is called evaluations."),
+        ("integrate", "There is a function: kn.simulate."),
+        ("event", "It is called events."),
     ],
 )
 def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
@@ -78,6 +80,15 @@ def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
     thing = kn.simulate(eom, (0, 0.1), q=[0, 0], u=[0, 0]) if name in ("plot", "q1", "nfev") else eom
     with pytest.raises(kn.MissingAttributeError, match=re.escape(f"got '{name}'. {told}")):
         getattr(thing, name)
+
+
+def test_names_of_other_tools_lead_to_functions():
+    others = " ".join(kn._other_names.values()).split()
+    assert len(others) == len(set(others))
+    assert not [name for name in (*kn._other_names, *others) if hasattr(kn, name) is not (name in kn._other_names)]
+    for place in (kn, kn.joints):
+        with pytest.raises(kn.MissingAttributeError, match=r"got 'revolute'\. Did you mean pin\?$"):
+            _ = place.revolute
 
 
 def test_an_entry_goes_before_another_name():

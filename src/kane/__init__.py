@@ -52,18 +52,8 @@ if TYPE_CHECKING:
         where,
     )
     from kane.expr.piecewise import table
-    from kane.expr.symbols import (
-        coordinate,
-        coordinates,
-        input,
-        inputs,
-        parameter,
-        parameters,
-        speed,
-        speeds,
-        state,
-        time,
-    )
+    from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
+    from kane.expr.symbols import inputs as inputs
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
@@ -276,7 +266,7 @@ def __dir__() -> list[str]:
 
 # In reading order: declare, derive, look, run. Names of families that are not in this list can be reached here, too.
 __all__ = [
-    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "inputs", "input", "state", "time", "pi",
+    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "state", "time", "pi",
     "Rational",
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
     "min", "max", "where", "less", "table",

@@ -126,10 +126,13 @@ def elsewhere(thing: Any, name: str) -> str:
             thing[name]
             return f" It is an entry: read it as [{name!r}]."
     package = sys.modules["kane"]
+    named = _called(package, name)
+    if isinstance(thing, ModuleType) and named and hasattr(thing, named[0]):
+        return f" Did you mean {named[0]}?"
     several = [plural] if hasattr(type(thing), plural := f"{name}s") else []
     for own in (*_called(thing, name), *several):
         return f" It is called {own}."
-    for function in (name, f"to_{name}", *_called(package, name)):
+    for function in (name, f"to_{name}", *named):
         if thing is not package and isfunction(getattr(package, function, None)):
             return f" There is a function: kn.{function}."
     return ""
