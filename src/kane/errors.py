@@ -129,7 +129,7 @@ def elsewhere(thing: Any, name: str) -> str:
     named = _called(package, name)
     if isinstance(thing, ModuleType) and named and hasattr(thing, named[0]):
         return f" Did you mean {named[0]}?"
-    several = [plural] if hasattr(type(thing), plural := f"{name}s") else []
+    several = {f"{name}s"}.intersection(dir(thing))
     for own in (*_called(thing, name), *several):
         return f" It is called {own}."
     for function in (name, f"to_{name}", *named):
