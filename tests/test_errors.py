@@ -71,6 +71,8 @@ def test_an_unknown_attribute_names_one_that_resembles_it():
         ("q1", "It is an entry: read it as ['q1']."),
         ("M", "It is called mass_matrix."),
         ("nfev", "It is called evaluations."),
+        ("integrate", "There is a function: kn.simulate."),
+        ("event", "It is called events."),
     ],
 )
 def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
@@ -78,6 +80,15 @@ def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
     thing = kn.simulate(eom, (0, 0.1), q=[0, 0], u=[0, 0]) if name in ("plot", "q1", "nfev") else eom
     with pytest.raises(kn.MissingAttributeError, match=re.escape(f"got '{name}'. {told}")):
         getattr(thing, name)
+
+
+def test_names_of_other_tools_lead_to_functions():
+    others = " ".join(kn._other_names.values()).split()
+    assert len(others) == len(set(others))
+    assert not [name for name in (*kn._other_names, *others) if hasattr(kn, name) is not (name in kn._other_names)]
+    for place in (kn, kn.joints):
+        with pytest.raises(kn.MissingAttributeError, match=r"got 'revolute'\. Did you mean pin\?$"):
+            _ = place.revolute
 
 
 def test_an_entry_goes_before_another_name():
@@ -88,7 +99,7 @@ def test_an_entry_goes_before_another_name():
         _ = sol.x
 
 
-@pytest.mark.parametrize("kind", [kn.Equations, kn.Solution])
+@pytest.mark.parametrize("kind", [t for t in map(type, things()) if getattr(t, "_other_names", None)])
 def test_other_names_lead_to_attributes(kind):
     known = set(dir(kind)) | set(getattr(kind, "__annotations__", ()))
     assert kind._other_names
@@ -130,6 +141,14 @@ def test_names_in_the_place_of_units():
         ):
             make(f"{stem}1", f"{stem}2")
         assert [s.unit for s in make("a b", "m/s")] == ["m/s", "m/s"]
+    with pytest.raises(
+        kn.ExpressionError, match=re.escape("the Input, got 'a b'. Several at once are kn.inputs('a b').")
+    ):
+        kn.input("a b")
+    assert kn.inputs("a b", "N") == (kn.input("a", "N"), kn.input("b", "N"))
+    assert [p.default for p in kn.parameters("a b", [2, 3.5])] == [2, 3.5]
+    with pytest.raises(kn.ExpressionError, match=re.escape("one default for all of a, b, or 2, got 3: [1, 2, 3]")):
+        kn.parameters("a b", [1, 2, 3])
     for names in (("x", "y"), ("alpha", "beta"), ("q1", "q2", "q3"), ("x1:4", "x4")):
         with pytest.raises(kn.UnitError):
             kn.coordinates(*names)

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     )
     from kane.expr.piecewise import table
     from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
+    from kane.expr.symbols import inputs as inputs
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
@@ -140,7 +141,7 @@ _NAMES = {
     "expr.visit": "substitute",
     "expr.symbols":
         "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate "
-        "coordinates input parameter parameters speed speeds state time",
+        "coordinates input inputs parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
     "interop.python_source.model": "to_python",
@@ -228,6 +229,32 @@ _NAMES = {
     "write.latex": "to_latex",
 }  # fmt: skip
 """The public names of each module, and families, which are modules themselves."""
+
+_other_names = {
+    "Frame": "ReferenceFrame",
+    "RigidBody": "Body",
+    "System": "Model",
+    "ball": "spherical SphericalJoint",
+    "configuration_constraint": "holonomic prescribe",
+    "coordinate": "dynamicsymbols",
+    "derive": "KanesMethod LagrangesMethod",
+    "free": "floating sixdof",
+    "linear_damper": "damper",
+    "linear_spring": "spring",
+    "motion_constraint": "nonholonomic",
+    "parameter": "symbols constant",
+    "pin": "revolute hinge PinJoint RevoluteJoint",
+    "evaluate": "evalf",
+    "simulate": "integrate solve odeint solve_ivp",
+    "slider": "prismatic PrismaticJoint",
+    "solve_linear": "inv LUsolve",
+    "substitute": "subs msubs xreplace",
+    "table": "interp interp1d lookup LookupTable spline",
+    "time": "t",
+    "to_latex": "latex vlatex mlatex",
+    "where": "Piecewise ifelse",
+}
+"""What other tools call them."""
 
 if not TYPE_CHECKING:  # checkers of types know the names
     __getattr__ = _offered(__name__, _NAMES)

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from inspect import isfunction
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 
@@ -113,25 +113,34 @@ class MissingAttributeError(KaneError, AttributeError):
         thing, name = self.args
         label = getattr(thing, "__name__", None) or getattr(thing, "name", "")
         owner = f"{type(thing).__name__} {label if isinstance(label, str) else ''}".rstrip()
-        known = [n for n in dir(thing) if not n.startswith("_")]
+        listed = vars(thing).get("__all__") if isinstance(thing, ModuleType) else None  # or what it imports counts
+        known = [n for n in listed or dir(thing) if not n.startswith("_")]
         what = elsewhere(thing, name) or alike(name, known) or f" It has {cut(', '.join(known), 400)}."
         return f"Expected an attribute of {owner}, got {name!r}.{what}"
 
 
 def elsewhere(thing: Any, name: str) -> str:
-    """Where a name that is no attribute is found: as an entry, under another name, as a function of the package; else ""."""
+    """Where a name that is no attribute is found: as an entry, under another name, as one of several, as a function; else ""."""
     if hasattr(type(thing), "__getitem__"):
         with suppress(Exception):  # whatever it makes of a name that it does not know
             thing[name]
             return f" It is an entry: read it as [{name!r}]."
-    for own, others in getattr(type(thing), "_other_names", {}).items():
-        if name in others.split():
-            return f" It is called {own}."
     package = sys.modules["kane"]
-    for function in (name, f"to_{name}"):
+    named = _called(package, name)
+    if isinstance(thing, ModuleType) and named and hasattr(thing, named[0]):
+        return f" Did you mean {named[0]}?"
+    several = {f"{name}s"}.intersection(dir(thing))
+    for own in (*_called(thing, name), *several):
+        return f" It is called {own}."
+    for function in (name, f"to_{name}", *named):
         if thing is not package and isfunction(getattr(package, function, None)):
             return f" There is a function: kn.{function}."
     return ""
+
+
+def _called(thing: Any, name: str) -> list[str]:
+    """What is called so elsewhere, by its own name."""
+    return [own for own, others in getattr(thing, "_other_names", {}).items() if name in others.split()]
 
 
 class Attributes:

@@ -52,7 +52,7 @@ def instance(
     return given
 
 
-_WHERE = {"System": ("system",), "Equations": ("eom", "equations"), "State": ("state",)}
+_WHERE = {"System": ("system",), "Equations": ("eom", "equations"), "State": ("state", "point")}
 """Attributes by what they hold."""
 
 

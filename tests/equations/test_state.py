@@ -213,10 +213,45 @@ def test_what_follows_the_speeds_is_named():
 
 
 def test_what_has_a_state_says_so():
+    linear = kn.linearize(EOM, kn.trim(EOM, **NEAR))
+    with pytest.raises(kn.errors.ArgumentError, match=r"Pass its \.point\.$"):
+        EOM.evaluate(EOM.kinetic_energy, linear)
+    assert EOM.evaluate(EOM.kinetic_energy, linear.point) == pytest.approx(0.0)
+
+
+def test_what_is_assembled_is_a_state():
     found = kn.assemble(CLOSED, q={x: 0.6, y: kn.guess(0.8)})
-    with pytest.raises(kn.errors.ArgumentError, match=r"Pass its \.state\.$"):
-        CLOSED.evaluate(CLOSED.kinetic_energy, found)
-    assert CLOSED.evaluate(x + y, found.state) == pytest.approx(1.4)
+    assert CLOSED.evaluate(x + y, found) == CLOSED.evaluate(x + y, found.state) == pytest.approx(1.4)
+    started = kn.simulate(CLOSED, (0, 0.1), start=found)
+    same(started.states, kn.simulate(CLOSED, (0, 0.1), q=found.q, u=found.u).states)
+    same(found, pickle.loads(pickle.dumps(found)))
+
+
+def test_the_states_of_a_dataset_are_read():
+    require("xarray")
+    places = np.array([0.0, 0.6, 0.8, 2.0])
+    table = kn.assemble(CLOSED, q={x: places, y: kn.guess(0.8)}, u={v: 1.0})
+    assert table.status.values.tolist() == ["found"] * 3 + ["failed"]
+    heights, falls = CLOSED.evaluate([y, w], table)
+    np.testing.assert_allclose(heights[:3], np.sqrt(1 - places[:3] ** 2))
+    np.testing.assert_allclose(falls[:3], -places[:3] / heights[:3], atol=1e-15)
+    assert np.isnan([heights[3], falls[3]]).all()
+    at_one = CLOSED.evaluate(w.dt, table.isel(instance=1))
+    assert at_one == CLOSED.evaluate(w.dt, kn.assemble(CLOSED, q={x: 0.6, y: kn.guess(0.8)}, u={v: 1.0}))
+
+
+def test_a_motion_starts_from_a_steady_one_with_another_law_of_an_input():
+    point = kn.trim(EOM, **NEAR)
+    laws = (kn.time, lambda t: t, kn.table([0, 9], [0, 9]), kn.signal([0, 4, 9], [0, 4, 9]))
+    ends = [kn.simulate(EOM, (0, 1), start=point.replace(inputs={"T": law})).states[-1] for law in laws]
+    for end in ends:
+        np.testing.assert_allclose(end, ends[0], rtol=1e-7, atol=1e-9)
+    assert not np.allclose(ends[0], kn.simulate(EOM, (0, 1), start=point).states[-1])
+    for wrong in ("1", None, 1j, float("nan")):
+        with pytest.raises(kn.SimulationError, match=r"value for T, got"):
+            point.replace(inputs={T: wrong})
+    with pytest.raises(kn.SimulationError, match="as the value for T, got the expression t"):
+        kn.linearize(EOM, point.replace(inputs={T: kn.time}))
 
 
 def test_zero_stands_for_zeros_wherever_a_state_is_given():
@@ -229,6 +264,8 @@ def test_zero_stands_for_zeros_wherever_a_state_is_given():
     np.testing.assert_array_equal(kn.linearize(eom, kn.State([0.0, 0.0]), u=0).A, named.A)
     with pytest.raises(kn.ArgumentError, match="Expected values of u in the state or by keyword, got both"):
         kn.linearize(eom, kn.State([0.0, 0.0], [0.0, 0.0]), u=0)
+    with pytest.raises(kn.ValueMissingError, match=r"dict {name: value} for q, got 0\.3\. Write \[0\.3\]\.$"):
+        kn.simulate(EOM, (0, 1), q=0.3, u=0, inputs={T: 0})
     rest = kn.simulate(eom, (0, 1), q=[1.0, 2.0], u=[0.0, 0.0]).states
     np.testing.assert_array_equal(kn.simulate(eom, (0, 1), q=[1.0, 2.0], u=0).states, rest)
 

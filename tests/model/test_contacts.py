@@ -221,6 +221,29 @@ def test_modes_of_all_contacts_by_their_names():
         one.in_modes(None)
 
 
+def test_the_modes_of_a_motion_are_those_of_a_system():
+    """A hopper without friction stands; at rest its spring carries the upper mass."""
+    N, O = ground()
+    (y, s), k = kn.coordinates("y s"), 2000.0
+    body = O.at("body", y * N.y)
+    foot = body.at("foot", -s * N.y)
+    floor = kn.contact(kn.joints.point_on_plane("floor", foot, O, normal=N.y))
+    loads = [kn.gravity(-9.81 * N.y), kn.linear_spring(body, foot, k, 0.5)]
+    masses = [kn.Particle("body", body, 5.0), kn.Particle("foot", foot, 0.5)]
+    eom = kn.derive(kn.System(N, bodies=masses, speeds="rates", loads=loads, contacts=[floor]))
+    cure = r"without the forces of contacts\. Take .*kn\.derive\(eom\.system\.in_modes\({'floor': 'closed'}\)\)"
+    for ask in (kn.equilibrium, kn.linearize):
+        with pytest.raises(kn.SimulationError, match=cure):
+            ask(eom, kn.State({y: 0.5, s: 0.5}, 0))
+    (_, modes), *_ = kn.simulate(eom, (0, 0.1), q=[0.49, 0.49], u=0).mode_history
+    assert modes == {"floor": "closed"}
+    stands = kn.derive(eom.system.in_modes(modes))
+    rest = kn.equilibrium(stands, q={y: kn.guess(0.5), s: kn.guess(0.5)})
+    assert rest["y"] == pytest.approx(0.5 - 5 * 9.81 / k)
+    assert stands.evaluate(floor.normal_force, rest) == pytest.approx(5.5 * 9.81)
+    assert kn.linearize(stands, rest).eigenvalues[0] == pytest.approx(20j)
+
+
 def test_a_start_that_its_mode_does_not_have():
     """Stick is asked for at a slip, or at an open gap."""
     stick = kn.derive(system(*particle()).in_modes({"floor": "stick"}))

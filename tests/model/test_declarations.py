@@ -37,6 +37,21 @@ def test_all_others_pass(threshold, direction, terminal):
     assert (event.threshold, event.direction, event.terminal) == (threshold, direction, terminal)
 
 
+def test_a_condition_is_never_met_at_its_own_values():
+    condition = kn.less(q, 0)
+    for threshold in (0.0, 1.0, 2.0):
+        with pytest.raises(
+            kn.ModelError, match=r"threshold of the event 'e', got the condition q < 0, .* threshold=0\.5\.$"
+        ):
+            kn.Event("e", condition, threshold)
+    x, v = kn.coordinate("x"), kn.speed("v")
+    frame = kn.Frame("N")
+    bob = kn.Particle("P", kn.Point("O", fixed_in=frame).at("P", x * frame.x), 1.0)
+    fallen = kn.Event("fallen", kn.less(x, 0), threshold=0.5, direction=1)
+    eom = kn.derive(kn.System(frame, bodies=[bob], speeds={v: x.dt}, events=[fallen]))
+    assert kn.simulate(eom, (0, 3), q=[1.0], u=[-1.0]).t[-1] == pytest.approx(1.0)
+
+
 def test_a_system_s_events():
     system = pendulum.system()
     q = system.coordinates[0]

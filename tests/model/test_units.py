@@ -46,6 +46,7 @@ def particle(length, mass, *loads):
         ({"point": O.at("P", q * N.x)}, "a length (m) as the position of P from O, got rad: q, with q [rad]. Correct the expression"),
         ({"point": O.at("P", (x + kn.time) * N.x)}, "Expected terms of one unit in x + t, got"),
         ({"point": O.at("P", (x + kn.time) * N.x)}, "This is in the position of P from O."),
+        ({"point": O.at("P", 0.6 * kn.cos(q) * N.x)}, "a symbol in it; where 0.6 is a quantity, give it its unit: kn.parameter("),
         ({"frame": N.rotate("B", x, N.z)}, "an angle (rad) or a ratio as the orientation of B, got m: x, with x [m]"),
         ({"mass": l}, "a mass (kg) as the mass of body, got m: l"),
         ({"inertia": kn.inertia(B, m, I, I)}, "a moment of inertia (kg*m^2) as the inertia of body, got kg: m"),

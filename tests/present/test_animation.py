@@ -54,6 +54,21 @@ SOLIDS = {
 }
 
 
+def test_what_moves_up_and_down_alone_is_seen_from_farther_away(tmp_path):
+    """A screen shows 3.5 tan 0.26 of the reach above the middle and below."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    (y,) = kn.coordinates("y")
+    particles = [kn.Particle(n, O.at(n, y * N.y + k * N.y), 1.0) for k, n in enumerate("PQ")]
+    sol = kn.simulate(
+        kn.derive(kn.System(N, bodies=particles, speeds="rates", loads=[kn.gravity(-N.y)])), (0, 2), q=[2.0], u=0
+    )
+    kn.figures.animate(sol, tmp_path / "motion.html")
+    page = (tmp_path / "motion.html").read_text(encoding="utf-8")
+    (reach,) = re.findall(r'"reach":([0-9.]+)', page)
+    assert 3.5 * np.tan(0.26) * float(reach) > 1.2 * (np.ptp(sol[y]) + 1) / 2
+
+
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_meshes_are_closed_and_turn_outward(kind):
     mesh, exact = SOLIDS[kind]

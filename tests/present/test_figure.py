@@ -77,6 +77,8 @@ def test_quantities_of_one_unit_share_a_panel(disk, sol):
     assert np.array_equal(np.array(list(slip.values())).T, sol[disk.slip][:, :2])
     assert names(figure.axes[2]) == list(slip)
     assert notes(figure.axes[2]) == ["slip · N.z = 0"]
+    listed = kn.plot(sol, ["q1", disk.normal], [disk.q[1], {"slip": disk.slip}, 2 * disk.normal])
+    assert [list(lines(a, sol.t)) for a in listed.axes] == [list(lines(a, sol.t)) for a in figure.axes]
 
 
 def test_a_quantity_of_no_sensible_unit_is_drawn_without_one(disk, sol):

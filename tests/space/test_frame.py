@@ -273,6 +273,8 @@ def test_nothing_that_reads_writes():
     [
         (lambda: kn.Frame(""), "name for the frame"),
         (lambda: N.rotate("B", a, "z"), "unit vector as axis"),
+        (lambda: N.rotate("B", N.z, a), r"an angle by which N is turned, got N\.z\. The order is name, angle, axis"),
+        (lambda: N.rotate("B", [a, b, c], "zxz"), r"of three angles rotate_body\(name, angles, sequence\)"),
         (lambda: N.rotate("B", a, 2 * N.z), r"of length 2\. Use axis.normalized"),
         (lambda: N.rotate("B", a, N.x + N.y), r"length 1.41421"),
         (lambda: N.rotate("B", a, kn.parameter("k", 3.0) * N.x), r"length 3"),

@@ -174,6 +174,8 @@ def test_a_copy_is_as_good():
     ("make", "error", "message"),
     [
         (lambda: N.x * N.y, kn.SpaceError, "scalar factor"),
+        (lambda: N.x & N.y, kn.SpaceError, r"a product by its name, .*: write a\.dot\(b\), a\.cross\(b\)"),
+        (lambda: kn.inertia(N, 1, 1, 1) @ N.y, kn.SpaceError, "a product by its name"),
         (lambda: N.x * kn.inertia(N, 1, 1, 1), kn.SpaceError, "scalar factor"),
         (lambda: N.x.dot(kn.inertia(N, 1, 1, 1)), kn.SpaceError, "dyadic.dot"),
         (lambda: N.x.dot(kn.Frame("M").x), kn.SpaceError, "N and M, which have no common root"),
@@ -208,6 +210,23 @@ def test_a_copy_is_as_good():
 def test_errors(make, error, message):
     with pytest.raises(error, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    "differentiate",
+    [lambda t: kn.diff(kn.sin(q[0]), t), lambda t: (q[0] * N.x).diff(t, N), lambda t: A.x.diff(t, N)],
+)
+def test_a_partial_derivative_by_the_time_that_leaves_all_out_is_doubted(differentiate):
+    with pytest.warns(
+        kn.KaneWarning, match=r"the derivative is zero, though q1 may move\. .* kn\.time_derivative\(e\)"
+    ):
+        zero = differentiate(kn.time)
+    assert zero is kn.Rational(0) or zero.is_zero
+
+
+def test_other_partial_derivatives_are_not_doubted():
+    assert kn.diff(kn.parameter("m"), kn.time) is kn.diff(q[0], q[1]) is kn.Rational(0)
+    assert kn.diff(q[0] * kn.time, kn.time) is q[0]
 
 
 NAMES = dict(zip("abcd", kn.parameters("a b c d"), strict=True))

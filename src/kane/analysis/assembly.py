@@ -13,7 +13,7 @@ Angles that are the same a turn further are taken nearest to their guess, Euler 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Unpack, overload
 
 import numpy as np
@@ -27,11 +27,11 @@ from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
-from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError
+from kane.errors import ArgumentError, SimulationError, ValueMissingError
 from kane.expr.evaluation import evaluate
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
-from kane.expr.symbols import Coordinate, Speed, rate, time
+from kane.expr.symbols import rate, time
 from kane.expr.visit import substituted
 from kane.model.declarations import constraint_rate
 from kane.numeric.arrays import Array, ranks
@@ -331,25 +331,19 @@ _BESIDE = "The coordinates, or lengths, are singular there: give other values, o
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Assembled(Attributes):
-    """A `state` on the constraints, ready for `simulate(eom, span, start=….state)`, its `q` and `u`, and the largest `residual`.
+class Assembled(State):
+    """A State on the constraints, ready for `simulate(eom, span, start=…)`, with the largest `residual`.
 
     `branch` says which of the branches found it is, and where the next one lies; "" where nothing was sought.
     """
 
-    state: State
-    residual: float
-    branch: str = ""
+    residual: float = field(kw_only=True)
+    branch: str = field(default="", kw_only=True)
 
     @property
-    def q(self) -> dict[Coordinate, float]:
-        """The coordinates, by symbol."""
-        return dict(self.state.q)
-
-    @property
-    def u(self) -> dict[Speed, float]:
-        """The speeds, by symbol."""
-        return dict(self.state.u)
+    def state(self) -> State:
+        """The State alone."""
+        return self.replace()
 
     def __repr__(self) -> str:
         values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items()))
@@ -445,8 +439,8 @@ def _assembled(
         at = dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))
         speeds, left = _motion(eom, wanted, constants | dict(at.items()), rates is not None)
         by_speed = dict(zip(eom.speeds, speeds.tolist(), strict=True))
-        whole = replace(given, q=at, u=by_speed)
-        made.append(Assembled(whole, max(configuration.size, left), branch))
+        rest = {kind: getattr(given, kind) for kind in ("states", "parameters", "inputs", "t")}
+        made.append(Assembled(at, by_speed, **rest, residual=max(configuration.size, left), branch=branch))
     return made, sought.level if sought else None
 
 

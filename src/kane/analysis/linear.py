@@ -48,7 +48,7 @@ class Mode(Attributes):
     @property
     def damping(self) -> float:
         """−Re λ/|λ|: 1 dies out without swinging, 0 swings for ever, below 0 grows."""
-        return -self.eigenvalue.real / self.frequency if self.frequency else 0.0
+        return 0.0 - self.eigenvalue.real / self.frequency if self.frequency else 0.0  # which is no −0
 
     def __repr__(self) -> str:
         return f"Mode(λ = {self.eigenvalue:.6g}, frequency {self.frequency:.4g} rad/s, damping {self.damping:.3g})"
@@ -113,7 +113,7 @@ class Linear(Attributes):
     def _spectrum(self) -> Spectrum:
         found = spectrum(self.A)
         order = np.lexsort((-found.values.real, -found.values.imag, ranks(-found.values.real, found.rounding)))
-        return Spectrum(found.values[order], found.vectors[:, order], found.rounding[order])
+        return Spectrum(found.values[order] + 0.0, found.vectors[:, order], found.rounding[order])
 
     @property
     def stable(self) -> bool:

@@ -21,7 +21,7 @@ from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.many.linearized import linearized
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import Piece
-from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams, warn_of_contacts
+from kane.analysis.operating_point import arrays_at, left_out, state_from, warn_of_beams, warn_of_contacts
 from kane.analysis.perturbations import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.partition import choose
@@ -120,8 +120,9 @@ class Linearizer(Attributes):
         states, count = flow.states, len(flow.states)
         inputs, point = tuple(r.name for r in eom.inputs), state_from(eom, flow.state)
         cyclic = tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m)
+        a, b = flow.a + 0.0, flow.b + 0.0  # zeros without a sign
         return Linear(
-            states, inputs, self.outputs.names, states[: flow.counts[0]], flow.a, flow.b, slopes[:, :count], slopes[:, count:],
+            states, inputs, self.outputs.names, states[: flow.counts[0]], a, b, slopes[:, :count], slopes[:, count:],
             point, flow.rest, piece.outputs, flow.mass, cyclic, states[flow.counts[1] :],
         )  # fmt: skip
 
@@ -259,7 +260,9 @@ def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
         what = f"that moves {', '.join(rate_of(i) for i in verdict.varies)}, with which the equations change"
     if speeds:
         return f"{head} {what}. With independent speeds {speeds} it is a steady motion: name those, or none."
-    return f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False."
+    return (
+        f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False.{left_out(eom)}"
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

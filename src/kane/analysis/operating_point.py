@@ -18,6 +18,7 @@ from kane.errors import warn
 from kane.expr.node import Expr
 from kane.expr.regular import size
 from kane.model.beams.beam import Beam, across, doubts
+from kane.model.contacts import ContactLaw
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.rank import least_squares, of_unit_length, row_sizes
@@ -102,10 +103,19 @@ def warn_of_contacts(eom: Equations, points: Sequence[State]) -> None:
     closed = [c for c in contacts if c.gap is None or any(_touches(eom, c.gap.expr, p) for p in points)]
     if closed:
         names = ", ".join(repr(c.name) for c in closed)
-        warn(
-            f"Expected contacts that are open, got {names} closed, whose forces are left out. Take the equations of a mode: "
-            f"kn.derive(eom.system.in_modes({{{closed[0].name!r}: 'stick'}}))."
-        )
+        warn(f"Expected contacts that are open, got {names} closed, whose forces are left out. {_of_a_mode(closed)}")
+
+
+def left_out(eom: Equations) -> str:
+    """What to do where contacts might hold a system that is not at rest without them; "" where there are none."""
+    contacts = eom.system.contacts if eom.system.modes_change else ()
+    return f" These are the equations without the forces of contacts. {_of_a_mode(contacts)}" if contacts else ""
+
+
+def _of_a_mode(contacts: Sequence[ContactLaw]) -> str:
+    first = contacts[0]
+    mode = "stick" if first.slips else "closed"
+    return f"Take the equations of a mode: kn.derive(eom.system.in_modes({{{first.name!r}: {mode!r}}}))."
 
 
 def _touches(eom: Equations, gap: Expr, point: State) -> bool:

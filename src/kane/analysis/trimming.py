@@ -21,7 +21,7 @@ from kane.analysis.local import (
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.many.trimmed import SteadyEquations, trimmed
 from kane.analysis.many.trimmed import followed as followed_from
-from kane.analysis.operating_point import closed, state_from, warn_of_contacts
+from kane.analysis.operating_point import closed, left_out, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
 from kane.analysis.state_checks import entries
 from kane.analysis.steady_conditions import Conditions, ScaledConditions, SteadyProblem, shares
@@ -121,7 +121,7 @@ def problem(
     parts = [entries(what, getattr(eom, what), getattr(complete, kind), "value") for kind, what in GROUPS.items()]
     for what, part in zip(GROUPS.values(), parts, strict=True):
         if what in ("inputs", "parameters"):
-            missing = [getattr(eom, what)[i].name for i in part.missing[:1]]
+            missing = [getattr(eom, what)[i].name for i in part.missing]
             came = "none for {}: give a number to keep, or kn.guess(value) to have it solved for"
             expect.none(missing, f"a value for every one of the {what}", came, error=ValueMissingError)
     x = np.concatenate([part.values for part in parts])
@@ -297,6 +297,7 @@ def _failed(task: SteadyProblem, residual: Array, shares: Array, steps: int) -> 
     return (
         f"Expected a steady motion with the values given, got none: after {steps} steps there remains {', '.join(remains)}. Solved "
         f"for were {', '.join(solved) or 'no values'}; guess nearer, or mark more values with kn.guess(…)."
+        f"{left_out(task.conditions.eom)}"
     )
 
 

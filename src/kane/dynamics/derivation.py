@@ -114,7 +114,7 @@ def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> No
         raise ReactionError(
             f"Expected constraints that say where their forces act, as the {said(who)} them, got the bare "
             f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
-            f"kn.distance, kn.perpendicular, kn.no_slip, {last}"
+            f"kn.distance, kn.perpendicular, kn.no_slip, {last} Multipliers alone are in eom.multipliers."
         )
 
 

@@ -41,12 +41,12 @@ from kane.dynamics.readings.seven_steps import Kind, Quantity, Step, seven_steps
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, Numeric, compiled
 from kane.equations.jacobian import Jacobian, jacobian
-from kane.equations.state import State, StateValues, by_keyword, state_of
+from kane.equations.state import State, StateValues, by_keyword, columns_of, state_of
 from kane.errors import ArgumentError, ModelError, SimulationError, none_of
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, Exprs, as_expr
 from kane.expr.ops import Immutable
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed, time
 from kane.expr.visit import remembering
 from kane.kinematics.speeds import Speeds
 from kane.kinematics.velocities import Kinematics
@@ -371,8 +371,10 @@ class Equations(Immutable):
         return unit_in(self.system, as_expr(e))
 
     @by_keyword
-    def evaluate(self, exprs: Any, state: State | None = None, **values: Unpack[StateValues]) -> Any:
+    def evaluate(self, exprs: Any, state: State | Any | None = None, **values: Unpack[StateValues]) -> Any:
         """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a `kn.State`, or values by keyword.
+
+        Or at the states of a Dataset, as `kn.assemble` gives it of arrays.
 
         Measure numbers are along the inertial frame, those of a vector the last axis, those of a dyadic or matrix the last two.
         Rates become W u + X, accelerations u̇ and reactions their solved values, dependent speeds that are not given A_n u_I + b_n.
@@ -387,6 +389,9 @@ class Equations(Immutable):
             there. Or if constraints left out as redundant hold something at this state, on another branch than those compared. Of
             arrays a warning names the first such place, and the values there are NaN
         """
+        if hasattr(state, "data_vars"):
+            kinds = columns_of(self, state)
+            state = State(**kinds | {"t": kinds["t"].get(time, 0.0)})
         return evaluate_along(self.solved, exprs, *state_of(state, **values).in_order)
 
     inverse_dynamics = read[Exprs](

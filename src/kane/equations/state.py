@@ -9,7 +9,7 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Parameter, Symbol, time
 from kane.numeric.sampling import finite_number, named_values, stands_for_zeros, symbol_named
 
 GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
@@ -59,7 +59,7 @@ class State(Attributes):
     ----------
     q, u, states : coordinates, speeds and further states, by symbol or name, or in the order of the equations; 0 for all at zero,
         `kn.guess(value)` where a value may move, arrays where many are evaluated
-    parameters, inputs : by symbol or name
+    parameters, inputs : by symbol or name; of an input, where a motion starts, also the law that it follows
     t : the time, in s; a motion must begin there where it is not 0
     """
 
@@ -159,8 +159,13 @@ def _replaced(kind: str, old: Any, new: Any) -> Any:
     values = named_values(kind, tuple(old), new)
     if kind == "parameters":  # those by symbol that the state has none of, which `named_values` passes over
         values |= {s: v for s, v in new.items() if isinstance(s, Parameter) and s not in values}
-    plain = {s: v if isinstance(v, Guess) else finite_number("value", str(s), v) for s, v in values.items()}
-    return {**old, **plain}
+    return {**old, **{s: v if _is_law(kind, v) else finite_number("value", str(s), v) for s, v in values.items()}}
+
+
+def _is_law(kind: str, value: Any) -> bool:
+    """Whether a value is none yet: one to be solved for, or what an input follows along a motion."""
+    plain = value is None or isinstance(value, str | bytes | int | float | complex | np.generic | np.ndarray)
+    return isinstance(value, Guess) or (kind == "inputs" and not plain)
 
 
 def state_of(state: State | None, **values: Unpack[StateValues]) -> State:
@@ -187,6 +192,15 @@ def state_of(state: State | None, **values: Unpack[StateValues]) -> State:
             f"state.replace({twice[0]}={'…' if twice[0] == 't' else '{…}'})."
         )
     return State(**{kind: getattr(given, kind) for kind in (*GROUPS, "t")} | own)
+
+
+def columns_of(eom: Any, table: Any) -> dict[str, dict[Any, Any]]:
+    """What a Dataset holds of the symbols of equations, by kind; the time as "t", by its symbol."""
+    symbols = {kind: getattr(eom, what) for kind, what in GROUPS.items()} | {"t": (time,)}
+    return {
+        kind: {s: table[s.name].to_numpy()[()] for s in listed if s.name in table.variables}
+        for kind, listed in symbols.items()
+    }
 
 
 OperatingPoint = State

@@ -6,7 +6,7 @@ Affine forms: e = Σ c_s s + r with c_s and r free of the symbols s.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from kane.errors import ExpressionError, NotAffineError, alike, cut
+from kane.errors import ExpressionError, NotAffineError, alike, cut, warn
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, as_exprs, postorder
@@ -99,8 +99,23 @@ def _chosen(node: Expr, changes: Sequence[Expr]) -> Expr:
 
 
 def diff(root: Expr, symbol: Symbol | str) -> Expr:
-    """∂root/∂symbol; the symbol may be given by name."""
-    return tangent(as_expr(root), dict.fromkeys(leaves([root], [symbol]), ONE))
+    """∂root/∂symbol; the symbol may be given by name. By the time it is partial, too: see `doubt_partial`."""
+    (by,) = leaves([root], [symbol])
+    doubt_partial(root, lambda: [as_expr(root)], by)
+    return tangent(as_expr(root), {by: ONE})
+
+
+def doubt_partial(what: object, parts: Callable[[], Iterable[Expr]], by: Expr) -> None:
+    """Warn of a partial derivative by the time of what does not hold it, but coordinates and the like: it is zero."""
+    if not isinstance(by, Time):
+        return
+    held = [s for s in postorder(parts()) if isinstance(s, Symbol) and not isinstance(s, Parameter | Reaction)]
+    if held and by not in set(held):
+        warn(
+            f"Expected an expression that holds {by} to differentiate partially by it, got {cut(what)}: the derivative is zero, "
+            f"though {cut(', '.join(map(str, held)))} may move. Along a motion it is kn.time_derivative(e), of a symbol q.dt, "
+            "of a vector v.dt(frame)."
+        )
 
 
 def leaves(roots: Iterable[Expr], symbols: Expr | str | Iterable[Expr | str]) -> tuple[Expr, ...]:

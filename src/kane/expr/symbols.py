@@ -50,7 +50,9 @@ class Symbol(Expr):
             if known is not None:  # it has been checked then
                 return cast(Self, known)
         if not _is_text(name) or not name.strip() or any(c.isspace() for c in name):
-            raise ExpressionError(f"Expected a name without spaces for a {cls.__name__}, got {name!r}.")
+            several = _is_text(name) and len(name.split()) > 1 and cls in _SEVERAL
+            cure = f" Several at once are kn.{cls.__name__.lower()}s({name!r})." if several else ""
+            raise ExpressionError(f"Expected a name without spaces for the {cls.__name__}, got {name!r}.{cure}")
         if isinstance(default, str):
             raise ExpressionError(
                 f"Expected a number as the default of {name!r}, got {default!r}. The order is name, default, unit, description; "
@@ -240,18 +242,28 @@ def names(text: str | Iterable[str]) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _several(kind: type[S], text: str | Iterable[str], *declaration: Any) -> tuple[S, ...]:
-    """Symbols that differ in name alone; what stands in the place of a unit is read at once, as it may be meant as a name."""
-    unit = declaration[1]
+_SEVERAL = (Parameter, Coordinate, Speed, Input)
+"""Kinds of which several are declared at once."""
+
+
+def _several(kind: type[S], text: str | Iterable[str], default: Any, unit: str, description: str) -> tuple[S, ...]:
+    """Symbols that differ in name, and default, alone; what stands for a unit is read at once, as it may be meant as a name."""
     if unit and _is_text(unit):
         try:
             import_module("kane.units.rules").parse(unit)  # units stand above expressions
         except UnitError as error:
-            listed = f"{' '.join(names(text))} {unit}"
+            both = f"{' '.join(names(text))} {unit}"
             raise UnitError(
-                f"{error} If {unit!r} is another name: one text holds all, {kind.__name__.lower()}s({listed!r})."
+                f"{error} If {unit!r} is another name: one text holds all, {kind.__name__.lower()}s({both!r})."
             ) from None
-    return tuple(kind.declare(n, *declaration) for n in names(text))
+    listed = names(text)
+    each = isinstance(default, Iterable) and not isinstance(default, str | Expr)
+    defaults = list(default) if each else [default] * len(listed)
+    if len(defaults) != len(listed):
+        raise ExpressionError(
+            f"Expected one default for all of {', '.join(listed)}, or {len(listed)}, got {len(defaults)}: {cut(repr(default))}."
+        )
+    return tuple(kind.declare(n, x, unit, description) for n, x in zip(listed, defaults, strict=True))
 
 
 def coordinates(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Coordinate, ...]:
@@ -275,15 +287,20 @@ def speed(name: str, unit: str = "", description: str = "") -> Speed:
 
 
 def parameters(
-    text: str | Iterable[str], default: float | None = None, unit: str = "", description: str = ""
+    text: str | Iterable[str], default: float | Iterable[float] | None = None, unit: str = "", description: str = ""
 ) -> tuple[Parameter, ...]:
-    """Parameters by their names, all with the same default, unit and description; always a tuple."""
+    """Parameters by their names, all with the same unit and description, and the same default or one each; always a tuple."""
     return _several(Parameter, text, default, unit, description)
 
 
 def parameter(name: str, default: float | None = None, unit: str = "", description: str = "") -> Parameter:
     """One parameter: a constant of the system, changeable without a new derivation."""
     return Parameter.declare(name, default, unit, description)
+
+
+def inputs(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Input, ...]:
+    """Inputs by their names; always a tuple."""
+    return _several(Input, text, None, unit, description)
 
 
 def input(name: str, unit: str = "", description: str = "") -> Input:

@@ -144,7 +144,8 @@ def _check_cover(system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr
     if len(speeds) != len(rates):
         extra = "" if not system.euler_parameters else " (each set of Euler parameters needs three)"
         short = len(rates) - len(speeds)
-        cure = f"Define {short} more" if short > 0 else f"Leave {-short} of them out: they follow from the others"
+        some = ", or only those that constraints leave independent" if system.constraints else ""
+        cure = f"Define {short} more{some}" if short > 0 else f"Leave {-short} of them out: they follow from the others"
         raise SpeedsError(
             f"Expected as many generalized speeds as independent rates, {len(rates)}{extra}: {', '.join(map(str, rates))}; "
             f"got {len(speeds)}: {', '.join(map(str, speeds))}. {cure}."

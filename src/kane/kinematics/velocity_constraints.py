@@ -12,7 +12,7 @@ along its own way to the point, take n².
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -165,7 +165,7 @@ class ConstraintRows:
     a: Matrix
     a_auxiliary: Matrix
     b: tuple[Expr, ...]
-    differentiated: Callable[[], tuple[Expr, ...]]
+    differentiated: Callable[[], tuple[Expr, ...]] = field(repr=False)
 
     @cached_property
     def drift(self) -> tuple[Expr, ...]:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, TypeGuard, runtime_checkable
 from weakref import WeakKeyDictionary
 
@@ -148,6 +149,8 @@ class RigidBody(Immutable):
 
     `inertia=(dyadic, point)` takes the inertia about another point of the body; the body keeps the central one.
     """
+
+    _other_names = MappingProxyType({"mass_center": "center com masscenter point", "inertia": "central_inertia"})
 
     name: str
     frame: Frame

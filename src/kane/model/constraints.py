@@ -55,7 +55,9 @@ def is_unit(v: Vector) -> bool:
 def check_unit(v: object, what: str) -> None:
     """Raise a ModelError unless `v` is a unit vector."""
     if not isinstance(v, Vector) or v.is_zero:
-        raise ModelError(f"Expected a unit vector as the {what}, got {cut(repr(v))}.")
+        raise ModelError(
+            f"Expected a unit vector as the {what}, got {cut(repr(v))}. Write it along axes of a frame, such as N.z."
+        )
     if not is_unit(v):
         raise ModelError(f"Expected a unit vector as the {what}, got {v} of length {length(v):.6g}. Use .normalized().")
 
@@ -157,7 +159,7 @@ def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[s
 
 def _points(what: str, p: Any, q: Any) -> None:
     for x in (p, q):
-        expect.instance(x, Point, f"points to {what}")
+        expect.instance(x, Point, f"points to {what}", "Leave the second out where it is the ground at rest.")
         if x.body is None:
             _check_rides(what, x)
 

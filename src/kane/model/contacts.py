@@ -667,21 +667,21 @@ def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
     if not isinstance(given, Mapping):
         modes = expect.items(given, f"modes of all {len(contacts)} contacts")
         expect.that(len(modes) == len(contacts), f"modes of all {len(contacts)} contacts", came=str(len(modes)))
-        return tuple(_mode(c.name, m) for c, m in zip(contacts, modes, strict=True))
-    names = [c.name for c in contacts]
+        return tuple(_mode(c, m) for c, m in zip(contacts, modes, strict=True))
+    named = {c.name: c for c in contacts}
     told: dict[str, ContactMode] = {}
     for key, mode in given.items():
         name = key.name if isinstance(key, ContactLaw) else key
-        expect.that(name in names, f"contacts among {', '.join(names) or 'none'}", key)
-        told[name] = _mode(name, mode)
+        expect.that(name in named, f"contacts among {', '.join(named) or 'none'}", key)
+        told[name] = _mode(named[name], mode)
     return tuple(_mode_of(c, told) for c in contacts)
 
 
-def _mode(name: str, given: Any) -> ContactMode:
-    """A mode, by itself, its number or its name."""
-    found = [m for m in ContactMode if given in (m.name.lower(), m.value)]
-    among = ", ".join(m.name.lower() for m in ContactMode)
-    expect.that(found, f"a mode of the contact {name!r} among {among}", given)
+def _mode(contact: ContactLaw, given: Any) -> ContactMode:
+    """A mode, by itself, its number or its name; "closed" is one of a contact without friction, as of motions."""
+    names = {m.name.lower(): m for m in ContactMode} | ({} if contact.slips else {"closed": ContactMode.STICK})
+    found = [m for name, m in names.items() if given in (name, m.value)]
+    expect.that(found, f"a mode of the contact {contact.name!r} among {', '.join(names)}", given)
     return found[0]
 
 

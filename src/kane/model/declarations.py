@@ -20,7 +20,7 @@ from kane.errors import ModelError, NotAffineError, SpeedsError, cut
 from kane.expr.differentiation import Affine, affine_forms, euler_parameter_rates, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.ops import Immutable
+from kane.expr.ops import LESS, Immutable
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -150,7 +150,7 @@ def speed_definitions(
     for u, definition in speeds.items():
         if not isinstance(u, Speed):
             raise SpeedsError(
-                f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}), which has that role already. "
+                f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}). "
                 "Declare a kn.speed for it, as in {u1: q1.dt}."
             )
         if isinstance(definition, Vector):
@@ -343,6 +343,10 @@ class Event(Immutable):
             given = getattr(self, what)
             expect.that(right(given), f"{what} of {who} to be {expected}", given, "See kn.Event.")
         object.__setattr__(self, "threshold", float(self.threshold))
+        if self.quantity.op is LESS and not 0 < self.threshold < 1:
+            came = f"the condition {self.quantity}, which is 0 or 1, across {self.threshold:g}"
+            cure = "Take the quantity itself with its threshold and direction=, or threshold=0.5."
+            raise expect.refusal(ModelError, f"a quantity that crosses the threshold of {who}", came, cure)
         object.__setattr__(self, "then", as_action(who, self.then))
         object.__setattr__(self, "terminal", self.then is None if self.terminal is None else bool(self.terminal))
 

@@ -98,6 +98,10 @@ class System(Declarations):
         none of them acts; `system.in_modes(…)` is that of other modes
     """
 
+    _other_names = MappingProxyType(
+        {"bodies": "bodylist", "loads": "forces forcelist loadlist", "coordinates": "q", "speeds": "u", "inputs": "r"}
+    )
+
     def __init__(
         self,
         inertial: Any,

@@ -18,10 +18,12 @@ from kane.model.bodies import deforming, parts_of
 from kane.model.constraints import cut_of
 from kane.model.declarations import Declarations, EndOfMode, target
 from kane.space.frame import Point
-from kane.units.rules import ANY, NUMBER, ONE, Known, Unit, conflict, infer, parse, spelled, unit_of
+from kane.units.rules import ANY, NUMBER, ONE, Known, Unit, conflict, infer, parse, quotient, spelled, unit_of
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
 MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)
+
+_MISSING = tuple(unit.exponents for unit in (MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION))
 
 _NOUNS = {
     LENGTH: "a length (m)",
@@ -192,8 +194,18 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
     carried = ", ".join(f"{s} [{s.unit}]" for s in free_symbols((e,))[:6])
     raise UnitError(
         f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {cut(e, 80)}, with {carried}. "
-        "Correct the expression, or the unit of a symbol in it."
+        f"{_cure(e, quotient(wanted, unit))}"
     )
+
+
+def _cure(e: Expr, missing: Unit) -> str:
+    """What to do about an expression of another unit: a number in it, neither whole nor a half, may be what is missing."""
+    values = (constant_value(x) for x in postorder((e,)) if x.op is CONST)
+    number = next((float(v) for v in values if v is not None and float(2 * v) % 1), None)
+    cure = "Correct the expression, or the unit of a symbol in it"
+    if number is None or missing.exponents not in _MISSING:
+        return f"{cure}."
+    return f'{cure}; where {number:.6g} is a quantity, give it its unit: kn.parameter(name, value, "unit").'
 
 
 def _is_of_time(e: Expr) -> bool:

@@ -214,9 +214,10 @@ def _listed(what: str, symbols: Sequence[Symbol], given: Any) -> Iterable[Any]:
     """What stands in a list, a tuple or an array."""
     flat = isinstance(given, np.ndarray) and given.ndim == 0
     if flat or isinstance(given, str | Expr) or not isinstance(given, Iterable):
+        cure = f" Write [{given}]." if len(symbols) == 1 and isinstance(given, int | float) else ""
         raise ValueMissingError(
             f"Expected a list of {what} or a dict {{name: value}} for {', '.join(s.name for s in symbols) or 'none'}, got "
-            f"{cut(repr(given))}."
+            f"{cut(repr(given))}.{cure}"
         )
     return given
 

@@ -58,7 +58,7 @@ def plot(
     solution : a motion, from `simulate`, or passages of a section, from `poincare`; or several to compare: a list, or a mapping
         from labels
     quantities : symbols, expressions, vectors (by components along the inertial frame), names; a tuple (x, y) of two of them draws
-        y against x; or mappings from labels to these
+        y against x; mappings from labels to these; or lists of them, as if these stood alone
     path : file to write, `.png`, `.svg` or `.pdf`; missing folders are made, and a file that `plot` wrote is replaced, nothing else
     ax : matplotlib's axes to draw on instead of a new figure; then everything shares them
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -42,6 +43,17 @@ class Frame(Basis):
 
     `Frame("N")` is a root; every other frame is made by one of the `rotate…` methods of its parent.
     """
+
+    _other_names = MappingProxyType(
+        {
+            "rotate": "orient orient_axis orientnew",
+            "rotate_body": "orient_body_fixed",
+            "rotate_space": "orient_space_fixed",
+            "dcm": "matrix rotation_matrix",
+            "angular_velocity": "ang_vel_in omega",
+            "angular_acceleration": "ang_acc_in alpha",
+        }
+    )
 
     __slots__ = ("x", "y", "z")
 
@@ -97,6 +109,11 @@ class Frame(Basis):
         return child
 
     def _rotated(self, name: str, angle: Any, axis: Vector) -> Frame:
+        if isinstance(angle, Vector | list | str):
+            raise SpaceError(
+                f"Expected an angle by which {self.name} is turned, got {cut(repr(angle))}. The order is name, angle, axis; of three "
+                "angles rotate_body(name, angles, sequence) makes a frame."
+            )
         theta = as_expr(angle)
         direction = self._direction(axis)
         doubt_degrees(f"The frame {name}", [theta])
@@ -348,6 +365,10 @@ class Point(Immutable):
 
     `O.at("P", r)` is a geometric point at r from O. `X.fixed_in(B, "Q", r)` is the particle of B that is at X + r now.
     """
+
+    _other_names = MappingProxyType(
+        {"at": "locate locatenew set_pos", "position": "pos_from", "velocity": "vel v", "acceleration": "acc a"}
+    )
 
     __slots__ = ("__weakref__", "_known", "body", "frame", "name", "offset", "parent")
 

@@ -6,12 +6,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import reduce
 from itertools import takewhile
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from kane import expect, show
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, div, mul, neg, sqrt, sub
-from kane.expr.differentiation import tangent, time_derivative
+from kane.expr.differentiation import doubt_partial, tangent, time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
@@ -47,6 +48,15 @@ class Vector(Immutable):
 
     `parts` holds one triple of measure numbers a frame. Nothing is re-expressed until it must be.
     """
+
+    _other_names = MappingProxyType(
+        {
+            "magnitude": "norm length",
+            "normalized": "normalize unit",
+            "components": "to_matrix args",
+            "express": "express_in",
+        }
+    )
 
     __slots__ = ("parts",)
     parts: Parts
@@ -137,6 +147,11 @@ class Vector(Immutable):
 
     __rpow__ = __pow__
 
+    def __and__(self, other: object) -> NoReturn:
+        raise SpaceError("Expected a product by its name, got an operator: write a.dot(b), a.cross(b) or a.outer(b).")
+
+    __rand__ = __or__ = __ror__ = __xor__ = __rxor__ = __matmul__ = __rmatmul__ = __and__
+
     def dot(self, other: Vector) -> Expr:
         """Scalar product self · other."""
         if type(other) is not Vector:
@@ -189,6 +204,7 @@ class Vector(Immutable):
             raise SpaceError(
                 f"Expected a symbol to differentiate {cut(self)} by, got {cut(repr(by))}. Along time it is v.dt(frame)."
             )
+        doubt_partial(self, lambda: self.express(frame).scalars(), by)
         total = Vector()
         for f, triple in self.parts:
             check_connected(f, frame)

@@ -65,6 +65,30 @@ def test_all_speeds_but_that_of_the_first_crank_depend(windows):
     assert not eom.redundant
 
 
+def test_a_front_wheel_that_is_steered_drives_straight():
+    """w = v tan(delta)/L: v would follow from w where the wheel stands across, but not straight ahead."""
+    N = kn.Frame("N")
+    x, y, theta, delta = kn.coordinates("x y theta delta")
+    v, w, s, side = kn.speeds("v w s side")
+    B = N.rotate("B", theta, N.z)
+    S = B.rotate("S", delta, B.z)
+    R = kn.Point("O", fixed_in=N).at("R", x * N.x + y * N.y)
+    F = R.at("F", 1.0 * B.x)
+    frames = {"car": (B, R.at("C", 0.5 * B.x), 10.0, 2.0), "fork": (S, F, 1.0, 0.1)}
+    bodies = [
+        kn.RigidBody(name, frame=f, mass_center=c, mass=m, inertia=kn.inertia(f, i, i, i))
+        for name, (f, c, m, i) in frames.items()
+    ]
+    push = kn.input("push")
+    held = [*kn.no_slip(R, along=B.y, name="rear"), *kn.no_slip(F, along=S.y, name="front")]
+    velocity = R.velocity(N)
+    speeds = {v: velocity.dot(B.x), w: theta.dt, s: delta.dt, side: velocity.dot(B.y)}
+    system = kn.System(N, bodies=bodies, speeds=speeds, nonholonomic=held, loads=[kn.Force(R, push * B.x)])
+    eom = quietly(system)
+    assert set(eom.dependent_speeds) == {w, side}
+    assert eom.evaluate(v.dt, q=0, u={v: 2.0, s: 0.0}, inputs={push: 1.0}) == pytest.approx(1 / 11)
+
+
 def test_near_says_which_branch():
     """Elbow up and elbow down: all configurations compared lie on the branch of the one that is given."""
     q1, q2, q3 = BAR.q

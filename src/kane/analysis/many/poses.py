@@ -15,7 +15,7 @@ from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
 from kane.equations.instances import STARTS, Instances, has_columns, instances
-from kane.equations.state import GROUPS, Guess, State, StateValues, state_of
+from kane.equations.state import GROUPS, Guess, State, StateValues, columns_of, state_of
 from kane.errors import ArgumentError, KaneError, SimulationError, SingularError, ValueMissingError
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
@@ -191,10 +191,7 @@ def in_numbers(given: Instances) -> Instances:
 
 def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
     """Those of a Dataset, and values of what it does not have by keyword."""
-    kinds: dict[str, dict[Any, Any]] = {}
-    symbols: dict[str, Sequence[Symbol]] = {kind: getattr(eom, what) for kind, what in GROUPS.items()} | {"t": (time,)}
-    for kind, listed in symbols.items():
-        kinds[kind] = {s: table[s.name].to_numpy()[()] for s in listed if s.name in table.variables}
+    kinds = columns_of(eom, table)
     count = table.sizes.get("instance", 0)
     if not count or not all(np.shape(x) in ((), (count,)) for own in kinds.values() for x in own.values()):
         raise SimulationError(

@@ -250,20 +250,23 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     """The partition at the first of several matrices (k × m × n) of one rank; another one where that is much better at all of them.
 
     Others are those at each of the matrices, and the best of these with one speed after the other exchanged while that helps. What is
-    `preferred` comes before quality, see `choose`; at `special` ones (k) dependent speeds must be good, at the others most times.
+    `preferred` comes before quality, see `choose`; at `special` ones (k) dependent speeds must be good, at the others most times. The
+    first special one, where all is zero and motions begin, comes before those beyond it.
     """
     scaled = balanced(a)
+    first_special = np.flatnonzero(special)[:1]
 
     def merits(partitions: Sequence[Partition]) -> list[Merit]:
-        """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
+        """Minus how many speeds asked for are not given, minus how often speeds do not follow, at zero first; the quality else."""
         found = qualities_of(scaled, partitions)
         usual = _quantile(found, _SHARE)
         poor = (found < NEAR_SINGULAR).sum(axis=1)
         least = np.minimum(usual, found[:, special].min(axis=1, initial=1.0))
         every = len(preferred) + 1
         absent = [len(set(preferred) - set(p.dependent)) for p in partitions]
-        told = zip(absent, poor.tolist(), least.tolist(), strict=True)
-        return [(-gone if bad < len(a) else -every, -bad, good) for gone, bad, good in told]
+        at_zero = len(a) * (found[:, first_special] < NEAR_SINGULAR).sum(axis=1)
+        told = zip(absent, poor.tolist(), (poor + at_zero).tolist(), least.tolist(), strict=True)
+        return [(-gone if bad < len(a) else -every, -weight, good) for gone, bad, weight, good in told]
 
     together = a if a.size <= _FEW else a[:1]
     first, *others = choose_each(together, preferred, easy=easy)

@@ -8,6 +8,7 @@ by name are angles in rad, lengths in m, and their rates.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypedDict
 
 from kane import expect
@@ -52,6 +53,17 @@ class Joint(Immutable):
     joint lets free; the force and torque that it transmits do no work on them. `named` are the coordinates and speeds that were
     given by name or left out, whose units the joint chose.
     """
+
+    _other_names = MappingProxyType(
+        {
+            "coordinates": "q angle position",
+            "speeds": "u rate",
+            "frame": "child child_frame child_interframe",
+            "parent": "parent_frame parent_interframe",
+            "point": "child_point",
+            "at": "parent_point",
+        }
+    )
 
     name: str
     kind: str
@@ -159,8 +171,9 @@ def check_attachment(name: Any, at: Any, parent: Any) -> None:
     """A joint has a name, sits at a geometric point and on a frame."""
     expect.name(name, "a name for the joint")
     geometric = isinstance(at, Point) and at.body is None
-    expect.that(geometric, f"at=geometric point of the parent for the joint {name!r}", at)
-    expect.instance(parent, Frame, f"parent=frame for the joint {name!r}")
+    order = "The order is name, point, frame." if isinstance(at, Frame) or isinstance(parent, Point) else ""
+    expect.that(geometric, f"at=geometric point of the parent for the joint {name!r}", at, order)
+    expect.instance(parent, Frame, f"parent=frame for the joint {name!r}", order)
 
 
 def fixed(axis: Any, frame: Frame, what: str) -> Vector:

@@ -81,7 +81,8 @@ def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot")
     times, values = (expect.floats(x, expected, came=both, error=SimulationError) for x in (t, y))
     if times.ndim != 1 or times.shape != values.shape or len(times) < 3:
         raise SimulationError(
-            f"Expected at least three points (t, y) of a signal, got shapes {times.shape} and {values.shape}."
+            f"Expected at least three points (t, y) of a signal, got shapes {times.shape} and {values.shape}. Lines and steps, also "
+            'between two, are tables: kn.table(t, y), kn.table(t, y, "steps").'
         )
     if not (np.all(np.isfinite(times)) and np.all(np.isfinite(values))):
         raise SimulationError("Expected finite points of a signal, got NaN or infinity.")

@@ -77,8 +77,10 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
             which = "neither. At rest it is u=0" if given["u"] is None else "both"
             raise SimulationError(f"Expected either u= or rates= at the start, got {which}.")
         return Begin(given["q"], given["u"], given["rates"], given["states"]), span
-    cure = "Give what kn.simulate or kn.load_solution returned."
-    expect.instance(start, Solution, "a motion to go on from or to join", cure, error=SimulationError)
+    cure = "Give a kn.State, or what kn.simulate or kn.load_solution returned."
+    expect.instance(
+        start, Solution, "a state to start from, or a motion to go on from or to join", cure, error=SimulationError
+    )
     extra = [f"{name}=" for name in ("q", "u", "rates", "states") if given[name] is not None]
     if extra:
         raise SimulationError(

@@ -88,6 +88,7 @@ class Solution(Attributes):
             "jumps": "y_events",
             "parameters": "params",
             "energy": "E",
+            "to_dataframe": "to_csv to_pandas dataframe",
         }
     )
 

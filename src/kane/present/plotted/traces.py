@@ -84,6 +84,7 @@ def largest(values: Array) -> float:
 def panels(runs: Sequence[PlottedRun], quantities: Sequence[Any]) -> list[Panel]:
     """The panels of a figure: those against time first, each with lines of all runs."""
     groups: dict[Any, list[Trace]] = {}
+    quantities = [one for what in quantities for one in (what if isinstance(what, list) else [what])]
     for run in runs:
         for key, trace in _smooth(run, quantities):
             groups.setdefault(key, []).append(trace)

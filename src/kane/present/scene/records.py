@@ -121,6 +121,9 @@ class Scene(Immutable):
     scalars: tuple[Expr, ...]
     _walk: Walk = field(repr=False)
 
+    def __repr__(self) -> str:
+        return f"Scene({', '.join(body.name for body in self.system.bodies)}; {len(self.items)} items)"
+
     @property
     def symbols(self) -> tuple[Symbol, ...]:
         """What the poses depend on: coordinates, parameters, inputs, time; rates and reactions where forces do."""

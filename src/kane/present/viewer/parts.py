@@ -98,7 +98,7 @@ def colour_of(model: DrawnModel, part: DrawnPart) -> str:
 
 def model(scene: Scene, poses: Posed, up: Array) -> DrawnModel:
     """The parts of a scene; the sizes of what is not scaled are those of the first of the poses."""
-    size, middle, reach, travels = _extent(scene, poses)
+    size, middle, reach, travels = _extent(scene, poses, up)
     meshes: dict[str, Mesh] = {}
     parts: list[DrawnPart] = []
     planes: list[DrawnPart] = []
@@ -110,7 +110,11 @@ def model(scene: Scene, poses: Posed, up: Array) -> DrawnModel:
     return DrawnModel(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, up, arrows, touching)
 
 
-def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
+_STANDS = 0.65
+"""The reach that a height wants: from so far away a screen shows 0.93 of the reach above the middle and below, less what parts add."""
+
+
+def _extent(scene: Scene, poses: Posed, up: Array) -> tuple[float, Array, float, bool]:
     """Size, middle, reach, and whether the motion travels."""
     p = poses.positions[:, scene.seen]
     finite = p[np.isfinite(p).all(axis=(1, 2))]
@@ -123,7 +127,9 @@ def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
     whole = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
     travels = whole > _FAR * size
     first = (low[0], high[0]) if travels else (low.min(axis=0), high.max(axis=0))
-    reach = max(0.5 * float(np.linalg.norm(first[1] - first[0])) + 0.25 * own, 0.72 * size)
+    across = first[1] - first[0]
+    height = float(np.abs(across * up).sum())
+    reach = max(0.5 * float(np.linalg.norm(across)) + 0.25 * own, 0.72 * size, _STANDS * height)
     return size, np.asarray(first[0] + first[1]) / 2, reach, travels
 
 
