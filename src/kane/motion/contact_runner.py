@@ -273,10 +273,9 @@ class ContactRunner:
 
     def _admit(self, m: int, parameters: Mapping[Expr, float]) -> None:
         """The kernel may go over to a mode, unless rates of that turn at times."""
-        one, breaks = self.made[m], ()
-        if m in self.turning:
-            breaks = one.equations.numeric().value(timed).breakpoints(parameters, self.span)
-        self.codes[m] = -1.0 if breaks else code_of(one.modes)
+        one = self.made[m]
+        turns = m in self.turning and one.equations.numeric().value(timed).breakpoints(parameters, self.span)
+        self.codes[m] = -1.0 if turns else code_of(one.modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
 
