@@ -82,6 +82,19 @@ def test_a_body_slides_down_and_stops(points: Any) -> None:
     assert np.abs(sol.u[-1]).max() < 1e-11
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-12, 1e-9])
+def test_slips_that_end_together_end_whatever_rounding_leaves(beside: float) -> None:
+    """A tripod slides on two feet: one sticks first by rounding, and the slow slip of the other has an end, too."""
+    along = 1.3 * np.array([-np.cos(beside), np.sin(beside)])
+    sol = kn.simulate(box(FEET), (0, 0.25), q=REST["q"], u=[*along, 0, 0, 0, 0], rtol=1e-6, atol=1e-8, max_seconds=60)
+    assert sol.status == "finished", sol.message
+    assert [list(m.values()) for _, m in sol.mode_history][-1] == ["separated", "stick", "stick"]
+    assert sol["y"][-1] == pytest.approx(0, abs=1e-9)
+    assert len({round(t, 7) for t, m in sol.mode_history if "stick" in m.values()}) == 1
+    held = sol.modes["c1"] == "stick"
+    np.testing.assert_allclose(sol.energy[held], sol.energy[-1], atol=1e-6)  # it turns about both feet
+
+
 def largest(points: Any) -> float:
     """The largest pull that forces within the cones hold: a conic problem in the pull, N and F."""
     k = len(points)

@@ -146,7 +146,7 @@ class ContactMotion:
                 modes[i] = ContactMode.STICK
                 continue
             directions[i] = choice.directions[n]
-            straight = len(c.slips) == 1 or not self._still(touch, {i}, directions)[i].any()
+            straight = len(c.slips) == 1 or self._slow(touch, i, self._gained(choice, n))
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
         return Decided(*held_together(touch, modes, directions), order, choice)
 
@@ -261,7 +261,9 @@ class ContactMotion:
             d = now.directions[i][: len(c.slips)]
             found |= dict(zip(c.direction, d.tolist(), strict=True))
             v = float(np.linalg.norm(touch.slips[i]))
-            gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
+            gained = (
+                self._gained(now.choice, now.closed.index(i)) if now.choice is not None and i in now.closed else 0.0
+            )
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
             level = self.slow * self.fastest[i]
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
@@ -323,12 +325,15 @@ class ContactMotion:
                         "tell and which have moved. Leave one out, or give what yields a stiffness"
                     )
 
-    def _gains(self, now: Decided, i: int) -> float:
-        """|a_t| of a contact."""
-        if now.choice is None or i not in now.closed:
-            return 0.0
-        rows = now.choice.accelerations.reshape(-1, self.layout.d)
-        return float(np.linalg.norm(rows[now.closed.index(i), 1:]))
+    def _gained(self, choice: ModeChoice, n: int) -> float:
+        """The slip that the n-th of those chosen gains where it begins, along a straight line."""
+        rows = choice.accelerations.reshape(-1, self.layout.d)
+        return STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(rows[n, 1:]))
+
+    def _slow(self, touch: ContactsAtState, i: int, gained: float) -> bool:
+        """Whether a contact slips so slowly that it goes straight on: see `ENDS`."""
+        fastest = max(self.fastest[i], touch.slip_terms[i].max(), gained)
+        return bool(np.linalg.norm(touch.slips[i]) <= self.slow * fastest)
 
     def begin(self, t: float, x: Array) -> tuple[Array, Decided]:
         """The state and the modes at the start of a motion."""

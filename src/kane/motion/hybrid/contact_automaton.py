@@ -17,7 +17,6 @@ from kane.motion.hybrid.contact_events import (
     SLIPPING,
     SLIPS,
     SLOWS,
-    STARTS,
     STRAIGHT,
     TURNS,
     After,
@@ -257,10 +256,10 @@ class _Automaton(After):
             w.few(of.count.get()) as n,
             w.when(of.index(of.own + n).equals(i)),
         ):
-            gains.put(of.length(of.a + n * d + 1))
-        v, gained = self.slip(i), gains.get() * self.s[int(Slot.SPAN)] * STARTS
+            gains.put(self.gained(n))
+        v, gained = self.slip(i), gains.get()
         self.fastest[i] = of.largest(self.slip_terms(i), v, gained)
-        level = self.fastest[i] * of.largest(self.tolerances[1], ENDS)
+        level = self.level(self.fastest[i])
         straight = of.largest(level * 2.0, gained, v * (1 + ENDS))
         self.extra[at + d - 1] = w.select(self.next[i] <= STRAIGHT, straight, level)
 

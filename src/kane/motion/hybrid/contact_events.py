@@ -298,7 +298,7 @@ class After:
             with w.when((kind > STICK) & ~sticks):
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
-                slides = self.slip(i) > self.slip_terms(i) * NOTHING
+                slides = self.slip(i) > self.level(of.largest(self.slip_terms(i), self.gained(n)))
                 of.doubt(
                     self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5)
                 )  # it may have turned before its end
@@ -314,6 +314,14 @@ class After:
             with w.when(~(self.modes[i] > SEPARATED) & (gap <= terms * ROUNDED)):
                 twice = self.gap_acceleration(i) * 2.0
                 of.doubt((twice < 0.0) & (v * v <= (gap - terms * ROUNDED) * twice))
+
+    def gained(self, n: Term) -> Term:
+        """The slip that the n-th of those chosen gains where it begins, along a straight line."""
+        return self.of.length(self.of.a + n * self.of.d + 1) * self.s[int(Slot.SPAN)] * STARTS
+
+    def level(self, fastest: Term) -> Term:
+        """The slip below which a contact that has been so fast goes straight on: see `ENDS`."""
+        return fastest * self.of.largest(self.tolerances[1], ENDS)
 
     def gap_acceleration(self, i: Term) -> Term:
         """The acceleration of a gap by the forces at hand."""
