@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions with contacts in space, on incline, belt, turning and shaken tables, by ropes, stops and clutches, beside closed forms."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -492,6 +494,30 @@ def test_a_block_on_a_table_that_shakes_sideways():
     on = brentq(lambda t: speed - mu * G * (t - off) - A * w * np.cos(w * t), off + 0.05, off + 0.6, xtol=1e-15)
     assert times(sol, "floor slips")[0] == pytest.approx(off, abs=1e-9)
     assert times(sol, "floor sticks")[0] == pytest.approx(on, abs=1e-9)
+
+
+@cache
+def carried():
+    """A block on a table that shakes sideways as A sin ωt, ω = 5/s, μ = 0.4."""
+    A, w = kn.parameter("A", 0.2, "m"), kn.parameter("w", 5.0, "rad/s")
+    N, O = ground()
+    x, y = kn.coordinates("x y")
+    table = O.at("table", A * kn.sin(w * kn.time) * N.x)
+    P = O.at("P", x * N.x + y * N.y)
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, table, normal=N.y), 0.4)
+    bodies, loads = [kn.Particle("m", P, 1.5)], [kn.gravity(-G * N.y)]
+    return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
+
+
+@pytest.mark.parametrize("more", [-1e-12, 0.0, 1e-15, 1e-13, 1e-11, 1e-10, 1e-8])
+def test_a_table_shakes_hardly_more_than_friction_holds(more):
+    """Slip lasts 3 √(2 δ)/ω at A ω² = (1 + δ) μ g, and gains a speed of some μ g δ √δ/ω: less than rounding of the table's."""
+    A = 0.4 * G / 25 * (1 + more)
+    sol = kn.simulate(carried(), (0, 2), q=[0, 0], u=[5 * A, 0], parameters={"A": A}, **TIGHT)
+    assert sol.status == "finished", sol.message
+    np.testing.assert_allclose(sol["x"], A * np.sin(5 * sol.t), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(sol.u[:, 0], 5 * A * np.cos(5 * sol.t), rtol=0, atol=1e-11)
+    assert sol.modes["floor"][-1] == "stick"
 
 
 # Ropes -----------------------------------------------------------------------------------------------------------------------

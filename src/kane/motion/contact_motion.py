@@ -42,6 +42,7 @@ from kane.motion.hybrid.automaton import End, ended_by
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
 from kane.motion.hybrid.contact_tables import KNOWN, end_of
+from kane.motion.hybrid.events import ThresholdReturn
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
@@ -754,7 +755,14 @@ class _ContactCourse:
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
-            piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
+            try:
+                piece = run(
+                    mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times
+                )
+            except ThresholdReturn as back:
+                if not self._never_begun(back.event):
+                    raise
+                return self._sticks_on()
         at.balanced(self.now, numbers, float(piece.t[-1]), piece.states[-1])
         self._take(_of_mode(piece, mode, self.t, self.by))
         if self.runner is not None and len(piece.segments) < 2:
@@ -763,6 +771,24 @@ class _ContactCourse:
             at.goes_on(piece)
             self._arrives(float(piece.t[-1]), piece.states[-1], float(piece.work[-1]))
         return piece.event
+
+    def _never_begun(self, event: Event) -> bool:
+        """Whether an event ends a slip in the plane that goes back to zero before it is anything: friction was hardly at its most."""
+        ended, began = self.at.ends(event), {own[1] for own in map(self.at.ends, self.by) if own}
+        if ended is None or ended[1] != "sticks" or "slips" not in began:
+            return False
+        return len(self.at.contacts[ended[0]].slips) == 1 and not self._mode_before().system.modes[ended[0]].slips
+
+    def _mode_before(self) -> Equations:
+        """The equations of the mode that has ended."""
+        return self.pieces[-1].segments[-1].equations
+
+    def _sticks_on(self) -> Event | None:
+        """The mode before a slip that has never begun: friction has passed its most, and is to come back from there."""
+        before = self._mode_before()
+        self.now = Decided(before.system.modes, self.now.directions)
+        numbers = self.at.constants(self.now, self.t, self.x)
+        return self._by_python(before, numbers, dict.fromkeys((e.name for e in self.by), 0.0))
 
     def _take(self, piece: Solution) -> None:
         self.pieces.append(piece)

@@ -35,6 +35,18 @@ Watch = Callable[[float, Array], Array]
 Dense = Callable[[float], Array]
 
 
+class ThresholdReturn(SimulationError):
+    """The quantity of an `event` that was to leave its threshold goes back through it before a step shows it beyond."""
+
+    def __init__(self, event: Event) -> None:
+        super().__init__(
+            f"Expected a quantity that leaves its threshold, got that of {event.name!r}, which goes back through it at once: where "
+            "slip begins, friction turns faster than it grows, and forces before it do not tell its direction. Give the contact "
+            "static= a little above its mu=: then slip begins with an acceleration of its own."
+        )
+        self.event = event
+
+
 class StepSeen(NamedTuple):
     """A step of some equations as events see it.
 
@@ -117,15 +129,9 @@ def crossings(
     if hook.raised is not None:
         raise hook.raised
     if found < 0:
-        back = [
-            e.name for e, v, at in zip(events, values.T, least, strict=False) if _returns(fresh.get(e.name), v - at)
-        ]
-        if back:
-            raise SimulationError(
-                f"Expected a quantity that leaves its threshold, got that of {back[0]!r}, which goes back through it at once: where "
-                "slip begins, friction turns faster than it grows, and forces before it do not tell its direction. Give the contact "
-                "static= a little above its mu=: then slip begins with an acceleration of its own."
-            )
+        for e, v, at in zip(events, values.T, least, strict=False):
+            if _returns(fresh.get(e.name), v - at):
+                raise ThresholdReturn(e)
         raise SimulationError(
             f"Expected at most {MET} events in a step, got more in the one of {h:.3g} s from t = {start:.6g}. Give max_step= of a "
             "tenth of that, or leave out the events that come so often."
