@@ -7,6 +7,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import kane as kn
+from kane.gallery.contacts import pool_ball
 
 G = 9.81
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
@@ -72,6 +73,32 @@ def test_viscous_friction_in_space():
         sol = kn.simulate(eom, (0, 5), q=[0, 0, 0], u=v, **TIGHT)
         assert times(sol, "floor sticks") == [pytest.approx(t, abs=1e-10)]
         np.testing.assert_allclose(sol.q[-1], v / 5 * (m * 5 / c - mu * m * G / c * t), rtol=0, atol=1e-9)
+
+
+TOLERANCES = [
+    {"rtol": 1e-8, "atol": 1e-8},
+    {"rtol": 1e-9, "atol": 1e-6},
+    {"rtol": 1e-9, "atol": 1e-4},
+    {"rtol": 1e-6, "atol": 1e-12},
+]
+
+
+@pytest.mark.parametrize("tolerances", TOLERANCES)
+def test_a_slip_in_space_ends_whatever_tolerances_leave_of_it(tolerances):
+    """A block and a ball of radius R, after m/c ln(1 + c v/(μ m g)) and 2 v/(7 μ g), however slips turn in their coordinates."""
+    eom, _ = block(0.2, viscous=0.8, space=True)
+    ball, (v, spin), radius = kn.derive(pool_ball.system()), (2.0, 8.0), 0.3
+    near = 100 * max(tolerances.values())
+    stops = 2 / 0.8 * np.log(1 + 0.8 * 5 / (0.2 * 2 * G))
+    for way in np.linspace(0, 6.2, 20):
+        along = np.array([np.cos(way), np.sin(way)])
+        sol = kn.simulate(eom, (0, 5), q=[0, 0, 0], u=[5 * along[0], 0, 5 * along[1]], samples=2, **tolerances)
+        assert times(sol, "floor sticks") == [pytest.approx(stops, abs=near)]
+        start = {"q": [0, 0, radius, 1, 0, 0, 0], "u": [*(v * along[::-1]), 0, *(spin * along), 20 * along[0]]}
+        sol = kn.simulate(ball, (0, 2), **start, parameters={"R": radius}, samples=2, **tolerances)
+        slip = np.hypot(v * along[1] - radius * spin * along[1], (v + radius * spin) * along[0])
+        assert words(sol, "table") == ["slip", "stick"]
+        assert times(sol, "table sticks") == [pytest.approx(2 * slip / (7 * 0.2 * G), abs=near)]
 
 
 def test_a_separated_contact_has_no_viscous_friction():

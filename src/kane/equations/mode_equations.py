@@ -209,6 +209,12 @@ class ContactsAtState:
         """Their terms (k × d − 1)."""
         return self.velocity_terms.reshape(-1, self.layout.d)[:, 1:]
 
+    @property
+    def slip_sums(self) -> Array:
+        """How far slips change by a change of each speed by one, at most (k × d − 1)."""
+        sums = np.abs(self.rows[:, : self.width]).sum(axis=1)
+        return np.asarray(sums.reshape(-1, self.layout.d)[:, 1:])
+
     def problem(
         self,
         closed: Sequence[int],

@@ -88,7 +88,6 @@ class ContactMotion:
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
         self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
-        self.slow = max(ENDS, self.rtol)  # see `ENDS`
         self.parameters, self.inputs = given
         self.modes_of = eom.numeric().value(ContactModes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
@@ -268,7 +267,7 @@ class ContactMotion:
                 self._gained(now.choice, now.closed.index(i)) if now.choice is not None and i in now.closed else 0.0
             )
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
-            level = self.slow * self.fastest[i]
+            level = self._slowest(touch, i, self.fastest[i])
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
         return found | self._shares(now, t, x)[0]
 
@@ -336,7 +335,12 @@ class ContactMotion:
     def _slow(self, touch: ContactsAtState, i: int, gained: float) -> bool:
         """Whether a contact slips so slowly that it goes straight on: see `ENDS`."""
         fastest = max(self.fastest[i], touch.slip_terms[i].max(), gained)
-        return bool(np.linalg.norm(touch.slips[i]) <= self.slow * fastest)
+        return bool(np.linalg.norm(touch.slips[i]) <= self._slowest(touch, i, fastest))
+
+    def _slowest(self, touch: ContactsAtState, i: int, fastest: float) -> float:
+        """The slip below which contact i, which has been as `fastest`, slips straight on: see `ENDS`."""
+        left = self.rtol * fastest + self.atol * touch.slip_sums[i].max()
+        return float(max(ENDS * fastest, left))
 
     def begin(self, t: float, x: Array) -> tuple[Array, Decided]:
         """The state and the modes at the start of a motion."""
@@ -565,7 +569,8 @@ class ContactMotion:
         pushed = touch.accelerations(decided.closed, decided.forces)[1].reshape(-1, self.layout.d)[:, 1:]
         for n in begun:
             gained = STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(pushed[n]))
-            slips[n] = 2 * self.slow * max(self.fastest[n], touch.slip_terms[n].max(), gained) * decided.directions[n]
+            fastest = max(self.fastest[n], touch.slip_terms[n].max(), gained)
+            slips[n] = 2 * self._slowest(touch, n, fastest) * decided.directions[n]
             modes[n] = modes[n].slipping(straight=False)
         closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]
         stuck = [n for n in closed if n in begun or not modes[n].slips]

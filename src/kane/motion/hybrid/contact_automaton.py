@@ -267,7 +267,7 @@ class _Automaton(After):
             gains.put(self.gained(n))
         v, gained = self.slip(i), gains.get()
         self.fastest[i] = of.largest(self.slip_terms(i), v, gained)
-        level = self.level(self.fastest[i])
+        level = self.level(i, self.fastest[i])
         straight = of.largest(level * 2.0, gained, v * (1 + ENDS))
         self.extra[at + d - 1] = w.select(self.next[i] <= STRAIGHT, straight, level)
 

@@ -298,7 +298,7 @@ class After:
             with w.when((kind > STICK) & ~sticks):
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
-                slides = self.slip(i) > self.level(of.largest(self.slip_terms(i), self.gained(n)))
+                slides = self.slip(i) > self.level(i, of.largest(self.slip_terms(i), self.gained(n)))
                 of.doubt(
                     self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5)
                 )  # it may have turned before its end
@@ -319,9 +319,16 @@ class After:
         """The slip that the n-th of those chosen gains where it begins, along a straight line."""
         return self.of.length(self.of.a + n * self.of.d + 1) * self.s[int(Slot.SPAN)] * STARTS
 
-    def level(self, fastest: Term) -> Term:
-        """The slip below which a contact that has been so fast goes straight on: see `ENDS`."""
-        return fastest * self.of.largest(self.tolerances[1], ENDS)
+    def level(self, i: Term, fastest: Term) -> Term:
+        """The slip below which contact i, which has been as `fastest`, goes straight on: see `ENDS`."""
+        w, of = self.w, self.of
+        sums = of.cell
+        sums.put(0.0)
+        with w.few(of.d, 1) as j:
+            row = of.J + (i * of.d + j) * of.width
+            sums.put(of.largest(sums.get(), of.sum(of.nu, lambda l: of.absolute(of.room[row + l]))))
+        left = self.tolerances[1] * fastest + self.tolerances[0] * sums.get()
+        return of.largest(fastest * ENDS, left)
 
     def gap_acceleration(self, i: Term) -> Term:
         """The acceleration of a gap by the forces at hand."""
