@@ -34,6 +34,12 @@ def product(a: Array, b: Array) -> Array:
     return total
 
 
+def by_substitution(lower: Array, right: Array) -> Array:
+    """L⁻¹ b (n) or L⁻¹ B, of one B (n × m) or several (k × n × m)."""
+    rows = -min(right.ndim, 2)  # turned round L is upper triangular, with nothing to eliminate; LAPACK's own `trtrs` wakes threads
+    return np.flip(np.linalg.solve(lower[::-1, ::-1], np.flip(right, rows)), rows)
+
+
 def ranks(x: Array, apart: Array | float) -> Indices:
     """The place of each number (k) in increasing order; those whose neighbours are no further `apart`, of either, share theirs."""
     order = np.argsort(x, kind="stable")
