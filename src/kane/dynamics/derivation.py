@@ -82,8 +82,8 @@ _SPREADS = (0.0, *(10.0**k for k in (-3, -6, -9, -12, 3, 6, 9, 12)))
 def _null_vector(matrix: Matrix, system: System) -> Array | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several.
 
-    Lengths that are drawn are about 1 m, which may be far from the sizes of the model: deflections would coil a beam of 1e-4 m, and a
-    mass at its tip then outweighs all else. So where A is singular, they are drawn anew, smaller and larger, and zero.
+    Lengths that are drawn are about 1 m, which may be far from the sizes of the model: deflections would coil a beam of 1e-4 m,
+    and a mass at its tip then outweighs all else. So where A is singular, they are drawn anew, smaller and larger, and zero.
     """
     sets = [s.coordinates for s in system.euler_parameters]
 
@@ -184,8 +184,8 @@ class Derived(Immutable):
     constraints: ConstraintRows
     near: Mapping[Symbol, float] | None = None
 
-    speeds = read[Symbols[Speed]](lambda d: d.kinematical.speeds, "u.")
-    reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "The reactions brought into evidence.")
+    speeds = read[Symbols[Speed]](lambda d: d.kinematical.speeds, "The generalized speeds u.")
+    reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "Reactions brought into evidence.")
     all_speeds = read[Symbols[Symbol]](
         lambda d: Symbols((*d.speeds, *d.auxiliary_speeds)),
         "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
@@ -218,10 +218,10 @@ class Derived(Immutable):
     angular_accelerations = read[OfFrames](lambda d: d._turns(acceleration_form), "α of each frame, in speeds and u̇.")
     point_accelerations = read[OfPoints](lambda d: d._shifts(acceleration_form), "a of each point, in speeds and u̇.")
     partial_angular_velocities = read[Mapping[Frame, Mapping[Expr, Vector]]](
-        lambda d: d._turns(d._partials), "ω_r of each frame for each speed, auxiliary ones too."
+        lambda d: d._turns(d._partials), "ω_r of each frame for each speed and auxiliary speed."
     )
     partial_velocities = read[Mapping[Point, Mapping[Expr, Vector]]](
-        lambda d: d._shifts(d._partials), "v_r of each point for each speed, auxiliary ones too."
+        lambda d: d._shifts(d._partials), "v_r of each point for each speed and auxiliary speed."
     )
 
     def _turns(self, reading: Callable[[Motion], V]) -> Mapping[Frame, V]:
@@ -291,15 +291,13 @@ class Derived(Immutable):
 
     # Further states ------------------------------------------------------------------------------------------------------
 
-    states = read[tuple[StateVariable, ...]](
-        lambda d: Symbols(d.system.states), "a, the further states beside q and u."
-    )
+    states = read[tuple[StateVariable, ...]](lambda d: Symbols(d.system.states), "The states a beside q and u.")
     state_rates = read[Exprs](
-        lambda d: d._in_speeds(d.system.states.values()), "ȧ of the further states, rates of coordinates in speeds."
+        lambda d: d._in_speeds(d.system.states.values()), "Rates ȧ of these states, with q̇ written in speeds."
     )
     state = read[tuple[Symbol, ...]](
         lambda d: Symbols((*d.system.coordinates, *d.speeds, *d.states)),
-        "x = (q, u, a): the whole state, in this order.",
+        "The whole state x = (q, u, a), in this order.",
     )
 
     def _in_speeds(self, exprs: Iterable[Expr]) -> Exprs:
@@ -344,7 +342,7 @@ class Derived(Immutable):
         rest = forcing.bias_terms(self._active(self.kinematics), self.bodies, Vector())
         return [add(forcing.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
 
-    mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
+    mass_matrix = read[Matrix](lambda d: d.blocks.mass, "The mass matrix M (n × n) of all n speeds.")
     auxiliary_mass_matrix = read[Matrix](lambda d: d.blocks.mass_a, "M_a (auxiliary × n).")
 
     @read
