@@ -171,7 +171,7 @@ def linearize(
 
     If values are arrays, or a Dataset from `kn.assemble`, the result is an xarray Dataset with the dimension instance: A, B, C, D,
     rates and output_values over rate, state, input and output. Independent states are those of the first instance; steady=False is
-    fastest.
+    fastest. A beam that spins faster at the point than its functions or missing stiffening allow gives a warning, as in motions.
 
     Returns
     -------

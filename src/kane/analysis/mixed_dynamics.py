@@ -131,7 +131,7 @@ class Inverse(Attributes):
         return many.dataset(many.variables(self.unknowns, values), causes, {})
 
     def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
-        """The unknowns (n) at the samples of a motion from `kn.simulate`; known quantities not in `given` are taken from the motion."""
+        """The unknowns (n) at the samples of a motion from `kn.simulate`; known quantities not in `given` come from the motion."""
         own = named_values("quantities that are given", self.known, given)
         rest = [s for s in self.known if s not in own]
         taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
