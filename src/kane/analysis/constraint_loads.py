@@ -67,7 +67,7 @@ def constraint_forces(
     ----------
     eom : Equations
         with constraints whose forces have known points, such as `kn.distance`, `kn.no_slip`, `kn.coincident`
-        state : a `kn.State` instead of the values that follow
+    state : a `kn.State` instead of the values that follow
     q, u : a state on the constraints; dependent speeds may be left out
     parameters, inputs, t, states : as in `eom.evaluate`
 

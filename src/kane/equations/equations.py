@@ -580,11 +580,11 @@ def derive(
         if the generalized speeds do not determine the rates
     ReactionError
         if a reaction enters nonlinearly, or the system can already move in its direction
-        ModelError
-            if a speed moves no mass; if a constraint is not affine in the rates, restricts no motion, or cannot be satisfied near
-            `near`; or if `route` is not applicable to the system
-        ValueMissingError
-            if `near` contains an unknown name
+    ModelError
+        if a speed moves no mass; if a constraint is not affine in the rates, restricts no motion, or cannot be satisfied near
+        `near`; or if `route` is not applicable to the system
+    ValueMissingError
+        if `near` contains an unknown name
     """
     cure = "Gather bodies and speeds in kn.System(…)."
     expect.instance(system, System, "a System to derive equations of", cure)

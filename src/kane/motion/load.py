@@ -39,8 +39,9 @@ def load_solution(path: Any, system: Equations | System) -> Solution:
     ------
     SolutionFileError
         if the file is incomplete, damaged, modified, of a different version, or of a different system; the message names the
-        difference ArgumentError
-            if `path` is not a path, or `system` neither Equations nor a System
+        difference
+    ArgumentError
+        if `path` is not a path, or `system` neither Equations nor a System
     """
     path = path_of(path, 'kn.load_solution("run.npz", eom)')
     if not isinstance(system, Equations | System):

@@ -41,8 +41,8 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     ------
     ArgumentError
         if `order` is not an integer from 0 to 12, or a value contains symbols to expand in
-        ExpressionError
-            if `e` contains no symbol of a given name, or a switch (|x|, max, where, …) at the point leaves it without derivatives
+    ExpressionError
+        if `e` contains no symbol of a given name, or a switch (|x|, max, where, …) at the point leaves it without derivatives
     """
     root = as_expr(e)
     order = expect.whole(order, f"an order from 0 to {_MOST}", least=0, most=_MOST, error=ArgumentError)
