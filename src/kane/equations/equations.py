@@ -141,7 +141,9 @@ class Equations(Immutable):
         lambda e: e.derived.kinematical, "The kinematical equations u = Y q̇ + z and q̇ = W u + X."
     )
     kinematics = read[Kinematics](lambda e: e._shown.kinematics, "Motions of frames and points.")
-    pairs = read[Mapping[tuple[Expr, Expr], Expr]](lambda e: e.derived.pairs, "What reactions put into auxiliary rows.")
+    pairs = read[Mapping[tuple[Expr, Expr], Expr]](
+        lambda e: e.derived.pairs, "Coefficients of reactions in the equations of auxiliary speeds."
+    )
     constraints = read[ConstraintRows](lambda e: e.derived.constraints, "The rows of A u + A_a u_a + b = 0.")
 
     # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
@@ -313,7 +315,7 @@ class Equations(Immutable):
         lambda e: energy.potential_energy(e.loads),
         "Potential energy V: the sum of the potentials of the loads; that of gravity is zero at the height of the root point.",
     )
-    energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "E = K + V.")
+    energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "Total energy E = K + V.")
     power = read[Expr](
         lambda e: energy.power(e.solved),
         "Power P of the loads without potential and of prescribed motions: dE/dt = P.",

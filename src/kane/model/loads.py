@@ -187,7 +187,7 @@ def torque_pair(on: Frame, from_: Frame, torque: Vector, name: str = "") -> Load
 def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name: str = "") -> Load:
     """Spring between two points: force k (|r| − l) towards each other, potential k (|r| − l)²/2.
 
-    If the stiffness or free length depends on time or coordinates, the load has no potential, and its work counts as power.
+    If the stiffness or free length depends on time, inputs or coordinates, the load has no potential, and its work counts as power.
     """
     _between("spring", a, b, Point)
     r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)

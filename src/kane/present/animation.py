@@ -151,7 +151,7 @@ def animate(
     Parameters
     ----------
     solution : a motion, from `kn.simulate`; one read from a file is shown at its samples. Of several motions of one system, all
-        but the first are translucent, and glTF has the first alone
+        but the first are pale "ghosts", and glTF has the first alone
     path : file to write: `.html` (self-contained), `.glb`, `.gif`, `.webp`, `.png`, `.mp4`
     shapes : shapes of bodies and surroundings, from `kn.figures.shape`; by default derived from inertias, points, joints and
         contacts
