@@ -48,9 +48,9 @@ class Joint(Immutable):
     """A joint between a parent and a child, from `kn.pin`, `kn.slider`, ….
 
     `frame` and `point` are the child's, for its body to be declared with; `parent` and `at` are the parent's frame and point.
-    `coordinates` are the joint's symbols, and `speeds` maps each of its generalized speeds to its definition: `System(…,
-    speeds={**hinge.speeds, **slider.speeds})`. `free` holds the relative motions (twists) that the joint allows; the force and
-    torque that it transmits do no work on them. `named` are the coordinates and speeds whose units the joint chose.
+    `coordinates` are the joint's symbols. `speeds` maps each of its generalized speeds to its definition, for `speeds=` of a System:
+    `{**hinge.speeds, **slider.speeds}`. `free` holds the relative motions (twists) that the joint allows; the force and torque that
+    it transmits do no work on them. `named` are the coordinates and speeds whose units the joint chose.
     """
 
     name: str

@@ -62,8 +62,8 @@ def poincare(
     ----------
     eom : Equations
     state : a `kn.State` as initial state, instead of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of an event of the system. For a forced system, `kn.Event("period",
-        kn.sin(omega*kn.time/2))` occurs once per period 2π/ω
+    section : a `kn.Event`, or the name of an event of the system. For a forced system,
+        `kn.Event("period", kn.sin(omega*kn.time/2))` occurs once per period 2π/ω
     count : number of passages
     within : longest time between passages (s)
     rtol, atol : tolerances of the motion
