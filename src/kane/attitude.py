@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rotations in numbers: Euler parameters, angles, direction cosines."""
+"""Rotations, symbolic and numerical: Euler parameters, angles, direction cosines."""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Limit cycles with their multipliers, branches of them as a parameter changes, and Poincaré sections."""
+"""Limit cycles with their Floquet multipliers, branches of limit cycles, and Poincaré sections."""
 
 from typing import TYPE_CHECKING
 

@@ -41,7 +41,7 @@ class KaneError(Exception):
 
 
 class ExpressionError(KaneError, TypeError):
-    """A scalar expression is used in a way that it cannot mean (`==`, `if`, a NaN constant, a wrong operand)."""
+    """A scalar expression is used in an invalid way: in `==` or `if`, with a NaN constant, with a wrong operand."""
 
 
 class NotAffineError(KaneError, ValueError):
@@ -49,19 +49,19 @@ class NotAffineError(KaneError, ValueError):
 
 
 class SpaceError(KaneError, ValueError):
-    """Frames, points or vectors that do not fit together."""
+    """Frames, points or vectors are inconsistent with each other."""
 
 
 class ModelError(KaneError, ValueError):
-    """A declaration of the model is wrong in itself or contradicts another one."""
+    """A declaration of the model is invalid, or contradicts another one."""
 
 
 class UnitError(ModelError):
-    """A unit that is none, or units that do not fit together."""
+    """A unit is unknown, or units are inconsistent."""
 
 
 class SpeedsError(ModelError):
-    """The generalized speeds do not determine the rates: too many, too few, dependent, nonlinear."""
+    """The generalized speeds do not determine the rates: too many, too few, dependent, or nonlinear."""
 
 
 class ReactionError(ModelError):
@@ -69,7 +69,7 @@ class ReactionError(ModelError):
 
 
 class PotentialError(KaneError, ValueError):
-    """Forces have no potential energy, or none that could be found."""
+    """Forces have no potential energy, or none was found."""
 
 
 class SingularError(KaneError, ArithmeticError):
@@ -88,20 +88,20 @@ class SimulationError(KaneError, RuntimeError):
 
 
 class ContactError(SimulationError):
-    """No forces of contacts agree with the laws of friction, or those of impacts cannot be met."""
+    """No contact forces satisfy the laws of friction, or no impulses those of impact."""
 
 
 class CornerError(SimulationError):
-    """Equations have no derivative at a state, as a switch (|x|, max, where, …) stands there whose sides differ; or no value.
+    """The equations have no derivative, or no value, at a state: a switch (|x|, max, where, …) is at its corner there.
 
-    `names` are the states and inputs in which side= says a direction.
+    `names` are the states and inputs in which `side=` gives the direction of a one-sided derivative.
     """
 
     names: tuple[str, ...] = ()
 
 
 class SolutionFileError(KaneError, ValueError):
-    """A file holds no solution, one of another system, or one of another version; or none can be written there."""
+    """A file does not contain a solution of this system and version, or a solution cannot be written to it."""
 
 
 class MissingAttributeError(KaneError, AttributeError):
@@ -168,11 +168,11 @@ class Attributes:
 
 
 class ProgramError(KaneError, RuntimeError):
-    """A program is not well formed, or cannot be compiled on this machine."""
+    """A program is invalid, or cannot be compiled on this machine."""
 
 
 class ArgumentError(KaneError, ValueError):
-    """An array of the wrong shape or type, or a value that is not finite, is given to compiled code."""
+    """An argument has the wrong type, shape or value, such as a non-finite number for compiled code."""
 
 
 class NotFiniteError(KaneError, ArithmeticError):
@@ -180,15 +180,15 @@ class NotFiniteError(KaneError, ArithmeticError):
 
 
 class KaneWarning(UserWarning):
-    """Something that is probably not meant, but can be computed."""
+    """Something can be computed, but is probably a mistake."""
 
 
 class StiffeningWarning(KaneWarning):
-    """A beam whose stiffening is left out spins beyond its first frequency: premature linearization."""
+    """A beam without stiffening spins faster than its first natural frequency: premature linearization."""
 
 
 class ModesWarning(KaneWarning):
-    """A beam has too few functions for the motion that it makes."""
+    """A beam has too few shape functions for its motion."""
 
 
 _HERE = os.path.dirname(os.path.abspath(__file__))

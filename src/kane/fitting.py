@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives of motions, and what follows from them."""
+"""Sensitivities of motions, estimation of parameters from measurements, shooting, and inertial regressors."""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Inertia of uniform solids, shells, plates and wires, and mass properties of what is composed of them."""
+"""Inertia of uniform solids, shells, plates and wires, and mass properties of bodies composed of them."""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions to equations that are no motions: assembly, linearization, trim, continuation, inverse dynamics."""
+"""Analyses of equations of motion: assembly, linearization, trim, continuation, inverse dynamics, comparison of methods."""
 
 from typing import TYPE_CHECKING
 

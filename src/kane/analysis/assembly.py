@@ -332,9 +332,10 @@ _BESIDE = "The coordinates, or lengths, are singular there: give other values, o
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assembled(State):
-    """A State on the constraints, ready for `simulate(eom, span, start=…)`, with the largest `residual`.
+    """A state that satisfies the constraints, from `kn.assemble`: a `kn.State`, for `kn.simulate(eom, span, start=…)`.
 
-    `branch` says which of the branches found it is, and where the next one lies; "" where nothing was sought.
+    `residual` is the largest residual of the constraints. `branch` describes, as text, which of the branches found the state is on
+    and where the next one lies; "" if there was nothing to search.
     """
 
     residual: float = field(kw_only=True)
@@ -381,36 +382,41 @@ def assemble(
     all_branches: bool = False,
     **values: Unpack[StateValues],
 ) -> Assembled | tuple[Assembled, ...] | Any:
-    """A state that satisfies all constraints: of the configurations that many starts lead to, the one nearest to the guesses.
+    """Find a state that satisfies all constraints: the configuration nearest to the guesses, of those reached from many starts.
 
-    Values that are given are kept, guesses (`kn.guess(value)`) may move, what is left out is solved for: coordinates by
-    Gauss–Newton steps, speeds by linear least squares. Distances are those of the guessed coordinates, or from zero where there
-    is no guess: of angles in rad, as they stand, of lengths over how far they reach. Of mirror images, which are as near, the one is
-    taken whose first coordinate is larger. Orientations that closures do not mean, where their equations hold too, are no
-    configurations.
+    Given values are kept, guesses `kn.guess(value)` are changed, and values left out are solved for: coordinates by the
+    Gauss–Newton method, speeds by linear least squares. The nearest configuration has the smallest changes of guessed coordinates,
+    or without guesses the smallest coordinates, angles in rad and lengths relative to the size of the mechanism. Of two mirror
+    images at the same distance, that with the larger first coordinate is taken. Spurious solutions, with a joint of a closed loop
+    turned over, are excluded.
 
     Parameters
     ----------
     eom : Equations
-    state : `kn.State`, in place of the values that follow
-    q : coordinates by symbol or name
-    u : speeds by symbol or name; left out altogether, the system is at rest as far as the constraints let it
-    rates : rates of coordinates by coordinate, in place of `u`
-    inputs : values at `t` of the inputs (and of their derivatives) that constraints hold
-    all_branches : return all that are found, nearest first; angles that differ by turns are one
+    state : a `kn.State` instead of the values that follow
+    q : coordinates, by symbol or name
+    u : speeds, by symbol or name; if no speeds are given, they are the smallest that the constraints allow, zero if possible
+    rates : rates q̇, by coordinate, instead of `u`
+    inputs : values at time `t` of the inputs, and of their derivatives, that constraints contain
+    all_branches : return all states found, nearest first, as a tuple; angles that differ by full turns count as equal
 
-    Of arrays in the places of numbers (n, one for each state, as `kn.simulate_many` takes them; t, too) the result is a Dataset of
-    xarray over instance: coordinates, speeds, `residual`, `status` and `cause`. The first state is found as above, and the branch that
-    it is on is followed along the arrays, in parts where steps are long. Where it ends, at a dead point or out of reach, the state is
-    NaN, and `cause` says so; the next ones are reached from the last before it. Angles turn on: they are not taken back to the guess.
+    If values are arrays (n, one entry for each of n states, as for `kn.simulate_many`; t as well), the result is an xarray Dataset
+    with the dimension instance: coordinates, speeds, `residual`, `status` and `cause`. The first state is found as above, and its
+    branch is followed through the arrays, with intermediate steps if needed. Where the branch ends, at a dead point or out of
+    reach, the state is NaN and `cause` gives the reason; later states are reached from the last valid one. Angles are continuous
+    along the arrays.
+
+    Returns
+    -------
+    Assembled, tuple of Assembled, or xarray.Dataset
 
     Raises
     ------
     ValueMissingError
-        if the constraints do not determine what is left out
+        if the constraints do not determine the values left out
     SimulationError
-        if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much, or
-        which closure is turned
+        if no state satisfies the constraints with the given values; the message names the violated constraint and its residual, or
+        the closed loop with a joint turned over
     """
     check_equations(eom)
     many = poses(eom, state, values, rates)

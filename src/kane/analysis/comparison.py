@@ -3,7 +3,8 @@
 
 Of each set of speeds: the operations of one evaluation of (q̇, u̇, R), route by route; the configurations at which q̇ = W u + X is
 singular; along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with rows and columns
-divided by the largest sizes of its entries, M̃ with those of its diagonal: units do not matter, nearness to a singular position does.
+divided by the largest sizes of its entries, M̃ with those of its diagonal: units do not matter, nearness to a singular position
+does.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -45,11 +46,11 @@ class MotionValues(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SpeedSet(Attributes):
-    """A set of generalized speeds: the equations by them, and what they cost.
+    """A set of generalized speeds, with the equations of motion in them and their number of operations.
 
-    `operations` are those of each route, by name; `singular` the expressions that q̇ or u̇ are divided by, and that are zero at a
-    singular configuration. `condition` (n) is the condition number of W at the samples of the motion, `mass_condition` (n) that of M̃;
-    None without a motion.
+    `operations` are those of each route, by name. `singular` holds the denominators of q̇ and u̇ that vanish at singular
+    configurations. `condition` (n) is the condition number of W at the samples of a motion, `mass_condition` (n) that of M̃; None
+    without a motion.
     """
 
     name: str
@@ -67,7 +68,7 @@ class SpeedSet(Attributes):
 
     @property
     def worst(self) -> tuple[float, float] | None:
-        """The largest condition number of W along the motion, and when."""
+        """The largest condition number of W along the motion, and its time (s); None without a motion."""
         if self.condition is None or self.t is None:
             return None
         k = int(np.argmax(np.where(np.isnan(self.condition), np.inf, self.condition)))
@@ -79,7 +80,7 @@ class SpeedSet(Attributes):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SpeedComparison(Attributes):
-    """Sets of speeds side by side; `comparison[name]` is one of them, `shortest` the one with the fewest operations."""
+    """A comparison of sets of generalized speeds, `comparison[name]`; `shortest` is the set with the fewest operations."""
 
     sets: tuple[SpeedSet, ...]
 
@@ -123,20 +124,19 @@ def compare_speeds(
     along: MotionValues | None = None,
     routes: Sequence[str] | None = None,
 ) -> SpeedComparison:
-    """The system by its own generalized speeds and by each of the `candidates`.
+    """Derive the equations of a system in its declared generalized speeds and in each of the `candidates`, for comparison.
 
     Parameters
     ----------
     system : System
-    candidates : by a name for each set, what `System(…, speeds=…)` takes: a table of speeds with their definitions, or "rates"
-    along : a motion of the system by any speeds, `kn.simulate(…)`; the condition numbers are those at its samples
-    routes : "classical", "recursive" and "composite", those whose operations are wanted beside the route that is taken; by default all
-        that express the system
+    candidates : {name: speeds}, with speeds as for `System(…, speeds=…)`: a mapping of speeds to definitions, or "rates"
+    along : a motion of the system in any speeds, from `kn.simulate`, for condition numbers at its samples
+    routes : further routes to count operations for, of "classical", "recursive" and "composite"; by default all that are applicable
 
     Raises
     ------
     SpeedsError
-        if a candidate is no set of speeds of this system; it is named
+        if a candidate is not a valid set of speeds of the system; the message names it
     """
     given: object = candidates
     expect.instance(system, System, "a System whose speeds are compared")
@@ -215,7 +215,7 @@ def _conditions(s: SpeedSet) -> tuple[str, str, str]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MethodComparison(Attributes):
-    """Formulations of one system side by side; `comparison[name]` is one of them. `refused` says why a method does not take it."""
+    """Formulations of one system by several methods, `comparison[name]`; `refused` gives the reason for each inapplicable method."""
 
     formulations: dict[str, Formulation]
     refused: dict[str, str]
@@ -251,17 +251,17 @@ class MethodComparison(Attributes):
 
 
 def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS) -> MethodComparison:
-    """The system by each of the methods that take it: operations of its right-hand side, unknowns, what had to be eliminated.
+    """Formulate a system by several methods, to compare operations of the right-hand side, unknowns and eliminated quantities.
 
     Parameters
     ----------
     system : System, or its Equations
-    methods : names that `eom.by` takes; by default all
+    methods : names of methods, as for `eom.by`; by default all
 
     Raises
     ------
     ModelError
-        if a method has another name
+        if the name of a method is unknown
     """
     expect.instance(system, (System, Equations), "a System or its Equations")
     wanted: Any = methods

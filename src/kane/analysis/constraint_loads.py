@@ -7,9 +7,9 @@ M u̇ = f + Aᵀ λ        and        F_a + F*_a = 0 of a speed u_a that the con
 
     M̃ Δu = J_nᵀ ν + J_tᵀ τ,    v_n′ = −e v_n,    |τ| ≤ μ ν and v_t′ = 0, or τ = −μ′ ν v_t′/|v_t′|
 
-v is the velocity of the point that strikes in that of what it strikes, v′ after the blow; the configuration does not change. J are the
-nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes; of
-several ways, as much friction may leave them, the one with the least impulse is taken, however axes lie.
+v is the velocity of the point that strikes in that of what it strikes, v′ after the blow; the configuration does not change. J are
+the nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes;
+of several ways, as much friction may leave them, the one with the least impulse is taken, however axes lie.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ConstraintForces(Attributes):
-    """The force or torque of each constraint at a state, found in two ways.
+    """The force or torque of each constraint at a state, by two methods that must agree.
 
     Attributes
     ----------
-    by_multipliers : λ by constraint
-    by_auxiliary_speeds : the same brought into evidence by a speed of its own
+    by_multipliers : multipliers λ of the equations, by constraint
+    by_auxiliary_speeds : the same forces, each brought into evidence by an auxiliary speed
     """
 
     by_multipliers: Mapping[Constraint, float]
@@ -61,22 +61,22 @@ class ConstraintForces(Attributes):
 def constraint_forces(
     eom: Equations, state: State | Any | None = None, **values: Unpack[StateValues]
 ) -> ConstraintForces | Any:
-    """The forces of constraints at a state, by multipliers and by auxiliary speeds.
+    """Forces and torques of constraints at a state, by multipliers and by auxiliary speeds.
 
     Parameters
     ----------
     eom : Equations
-        with constraints of which it is known where their forces act, such as `kn.distance`, `kn.no_slip`, `kn.coincident`
-    state : `kn.State`, in place of the values that follow
+        with constraints whose forces have known points, such as `kn.distance`, `kn.no_slip`, `kn.coincident`
+    state : a `kn.State` instead of the values that follow
     q, u : a state on the constraints; dependent speeds may be left out
     parameters, inputs, t, states : as in `eom.evaluate`
 
-    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance and constraint.
+    If values are arrays, or a Dataset from `kn.assemble`, the result is an xarray Dataset over instance and constraint.
 
     Raises
     ------
     SimulationError
-        if no constraint says where its forces act
+        if no constraint has forces with known points
     ReactionError
         if reactions at cuts already bring some of these forces into evidence
     """
@@ -142,15 +142,15 @@ def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impact(Attributes):
-    """What a blow does.
+    """The result of a collision, from `kn.analysis.impact`.
 
     Attributes
     ----------
-    u : the speeds after it, by speed, dependent ones too
-    impulse : on the point that strikes, along the inertial frame (3), in N s
-    normal : its part along the normal
-    slips : whether the points slip on each other after the blow
-    lost : the kinetic energy that is lost, in J
+    u : values of all speeds after the collision, by symbol
+    impulse : impulse on the striking point (3), along the inertial axes, N s
+    normal : its component along the normal, N s
+    slips : whether the points slip on each other after the collision
+    lost : loss of kinetic energy, J
     """
 
     u: Mapping[Speed, float]
@@ -172,18 +172,18 @@ def impact(
     other: Point | None = None,
     **values: Unpack[StateValues],
 ) -> Impact:
-    """The speeds after a collision of a particle of a body with another one, or with what is at rest.
+    """Speeds and impulse after a collision of a particle of a body with a particle of another body, or with a surface at rest.
 
     Parameters
     ----------
     eom : Equations
-    point : the particle that strikes, made with `fixed_in`
-    normal : the unit vector across the surface, from what is struck to `point`
-    state : `kn.State` before the blow, in place of the values that follow
-    restitution : e, from 0 to 1: v_n′ = −e v_n
-    friction : μ, or (μ, μ′) of rest and of slip; 0 for smooth surfaces
-    other : the particle that is struck; none where that is at rest
-    q, u : the state before the blow; dependent speeds may be left out
+    point : the striking particle, made with `fixed_in`
+    normal : unit vector perpendicular to the surface, from the struck side to `point`
+    state : a `kn.State` before the collision instead of the values that follow
+    restitution : coefficient of restitution e, from 0 to 1: v_n′ = −e v_n
+    friction : coefficient of friction μ, or (μ, μ′) of stick and slip; 0 for smooth surfaces
+    other : the struck particle; by default the surface is at rest
+    q, u : the state before the collision; dependent speeds may be left out
     parameters, inputs, t, states : as in `eom.evaluate`
 
     Raises
@@ -191,7 +191,7 @@ def impact(
     ArgumentError
         if e is not from 0 to 1, or a coefficient of friction is negative
     SimulationError
-        if the points do not approach, or no impulse along the normal changes their velocity
+        if the points do not approach each other, or no impulse along the normal can change their relative velocity
     """
     check_equations(eom)
     check_unit(normal, "normal of the impact")

@@ -56,14 +56,14 @@ _TRIES = 5
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BaseParameters(Attributes):
-    """The combinations β = K π that motions can tell.
+    """The base parameters β = K π: the combinations of inertial parameters π that motions and forces can identify.
 
     Attributes
     ----------
-    names : of all π
-    chosen : the parameters that stand for the base, one for each
-    matrix : K (rank × parameters): 1 at what is chosen, and what the others add to it
-    without : parameters that no motion tells
+    names : names of all inertial parameters π
+    chosen : the parameter that represents each base parameter
+    matrix : K (rank × parameters): 1 for the chosen parameters, and the coefficients of the others
+    without : parameters without effect on motions
     """
 
     names: tuple[str, ...]
@@ -73,12 +73,12 @@ class BaseParameters(Attributes):
 
     @property
     def rank(self) -> int:
-        """How many there are."""
+        """The number of base parameters."""
         return len(self.chosen)
 
     @property
     def combinations(self) -> tuple[str, ...]:
-        """Each as a sum of parameters."""
+        """Each base parameter as a sum of inertial parameters, as text."""
         return tuple(" ".join(self._terms(row)).removeprefix("+ ") for row in self.matrix)
 
     def _terms(self, row: Array) -> Iterator[str]:
@@ -93,10 +93,10 @@ class BaseParameters(Attributes):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Regressor(Attributes):
-    """Y of Y(q, u, u̇) π = F̃ for the inertial parameters π of all bodies.
+    """The regressor Y of the equations of motion Y(q, u, u̇) π = F̃, linear in the inertial parameters π of all bodies.
 
-    `names` (k) are those of π, such as "rod: m", "rod: m c_x", "rod: I_zz"; `values` (k) their expressions in the model, `matrix` Y
-    (p × k) in q, u, u̇, t and the parameters of the geometry.
+    `names` (k) are those of π, such as "rod: m", "rod: m c_x", "rod: I_zz"; `values` (k) are their expressions in the model,
+    `matrix` is Y (p × k) in q, u, u̇, t and the geometric parameters.
     """
 
     eom: Equations
@@ -106,31 +106,32 @@ class Regressor(Attributes):
     loads: tuple[Expr, ...]
 
     def numbers(self, parameters: Mapping[Any, float] | None = None) -> Array:
-        """π of the model (k)."""
+        """Values of π (k) in the model, for given values of its parameters."""
         return np.array([float(v) for v in evaluate(self.values, dict(parameter_values(self.eom.system, parameters)))])
 
     def at(self, q: Any, u: Any, accelerations: Any, **given: Any) -> Array:
-        """Y (samples × p × k) at states with accelerations: numbers, or arrays (samples) by symbol or name or in order.
+        """Y (samples × p × k) at states with accelerations, given as numbers or arrays (samples), by symbol or name, or in order.
 
-        Under constraints u and u̇ are those of all speeds. `t`, `parameters` and `inputs` as for other evaluations.
+        Under constraints, give u and u̇ of all speeds. `t`, `parameters` and `inputs` are as in `eom.evaluate`.
         """
         table = self._values([e for row in self.matrix for e in row], q, u, accelerations, **given)
         return table.reshape(*table.shape[:-1], len(self.matrix), len(self.names))
 
     def forces(self, q: Any, u: Any, accelerations: Any, **given: Any) -> Array:
-        """F̃ (samples × p) of all loads but gravity at the same states."""
+        """Generalized active forces F̃ (samples × p) of all loads except gravity, at states given as in `at`."""
         return self._values(self.loads, q, u, accelerations, **given)
 
     def possible(self, y: Any, forces: Any, parameters: Mapping[Any, float] | None = None) -> Array:
-        """π (k) that bodies can have, nearest to Y π = F̃: masses above zero, moments of inertia of some distribution of mass.
+        """The physically consistent π (k) that fit Y π = F̃ best: positive masses, and inertias of a distribution of positive mass.
 
-        Least squares give no such bodies where noise is large beside what a motion tells. What it does not tell stays near the model's
-        values, at `parameters`. Rows of Y (… × p × k) and F̃ (… × p) are to be of one deviation; divide them by it where it differs.
+        Ordinary least squares may violate these conditions if noise is large. Combinations that the data do not determine stay
+        near the values of the model at `parameters`. Rows of Y (… × p × k) and F̃ (… × p) must have equal standard deviations;
+        divide each by its own.
 
         Raises
         ------
         SimulationError
-            if masses of the model are not above zero
+            if masses of the model are not positive
         """
         rows, right = (expect.floats(x, "Y and F̃ in numbers", error=SimulationError) for x in (y, forces))
         k = len(self.names)
@@ -173,9 +174,9 @@ class Regressor(Attributes):
     def base(
         self, parameters: Mapping[Any, float] | None = None, *, near: Any = None, seed: int = SEED
     ) -> BaseParameters:
-        """The combinations that motions tell, by the rank of Y over random states.
+        """The base parameters, by the numerical rank of Y over random states.
 
-        `near` are coordinates, by name or in order, around which states are drawn; under constraints they are assembled.
+        `near` are coordinates, by name or in order, around which states are drawn; under constraints the states are assembled.
         """
         y = self._random(parameters, near, np.random.default_rng(seed)).reshape(-1, len(self.names))
         sizes = np.linalg.norm(y, axis=0)
@@ -230,22 +231,22 @@ class Regressor(Attributes):
 
 
 def regressor(eom: Equations) -> Regressor:
-    """Y of Y(q, u, u̇) π = F̃, for the inertial parameters of all bodies: trees, closed loops and nonholonomic systems alike.
+    """The regressor Y of Y(q, u, u̇) π = F̃ for the inertial parameters π of all bodies, of trees, closed loops, nonholonomic systems.
 
-    Of each rigid body π are the mass m, the first moments m c (3) about the point that the model declares as its mass centre, and the
-    central inertia (6) there, all along the axes of the body; of a particle its mass. Measured motions and forces give π by linear
-    least squares: `np.linalg.lstsq(Y, F)`, for the combinations of `regressor.base()`; `regressor.possible(Y, F)` are π of bodies that
-    there can be.
+    For each rigid body, π contains the mass m, the first moments m c (3) about the mass centre declared in the model, and the
+    inertia (6) about that point, along the axes of the body; for a particle, its mass. Measured motions and forces give the
+    combinations `regressor.base()` by linear least squares, `np.linalg.lstsq(Y, F)`; `regressor.possible(Y, F)` gives physically
+    consistent π.
 
     Parameters
     ----------
     eom : Equations
-        of rigid bodies and particles
+        of a system of rigid bodies and particles
 
     Returns
     -------
     Regressor
-        `r.at(q, u, accelerations)` is Y, `r.forces(…)` F̃, `r.numbers()` π of the model, `r.base()` what motions can tell
+        `r.at(q, u, accelerations)` is Y, `r.forces(…)` F̃, `r.numbers()` π of the model, `r.base()` the identifiable combinations
 
     Raises
     ------
@@ -255,8 +256,8 @@ def regressor(eom: Equations) -> Regressor:
     Notes
     -----
     Atkeson, C. G., An, C. H., Hollerbach, J. M. (1986), Estimation of inertial parameters of manipulator loads and links, Int. J.
-    Robotics Research 5(3), 101–119; Gautier, M., Khalil, W. (1990), Direct calculation of minimum set of inertial parameters of serial
-    robots, IEEE Trans. Robotics and Automation 6(3), 368–373.
+    Robotics Research 5(3), 101–119; Gautier, M., Khalil, W. (1990), Direct calculation of minimum set of inertial parameters of
+    serial robots, IEEE Trans. Robotics and Automation 6(3), 368–373.
 
     Examples
     --------

@@ -26,9 +26,9 @@ _LINK = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mode(Attributes):
-    """One eigenvalue λ (1/s), one of each conjugate pair, and its vector, the largest component 1, of several alike the first.
+    """A mode: an eigenvalue λ (1/s), Im λ ≥ 0, and its eigenvector, scaled so that the first of its largest components is 1.
 
-    `shape` gives the vector by state. `frequency` is |λ| (rad/s), `damping` −Re λ/|λ|.
+    `shape` is the eigenvector by state, `frequency` |λ| (rad/s), `damping` the damping ratio −Re λ/|λ|.
     """
 
     eigenvalue: complex
@@ -37,17 +37,17 @@ class Mode(Attributes):
 
     @property
     def shape(self) -> dict[str, complex]:
-        """The vector by name."""
+        """The components of the eigenvector, by name of the state."""
         return dict(zip(self.names, self.vector.tolist(), strict=True))
 
     @property
     def frequency(self) -> float:
-        """|λ|, in rad/s."""
+        """Undamped natural frequency |λ| (rad/s)."""
         return abs(self.eigenvalue)
 
     @property
     def damping(self) -> float:
-        """−Re λ/|λ|: 1 dies out without swinging, 0 swings for ever, below 0 grows."""
+        """Damping ratio −Re λ/|λ|: 1 decays without oscillation, 0 is undamped, negative values grow; 0 for λ = 0."""
         return 0.0 - self.eigenvalue.real / self.frequency if self.frequency else 0.0  # which is no −0
 
     def __repr__(self) -> str:
@@ -56,7 +56,7 @@ class Mode(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SecondOrder(Attributes):
-    """M q̈ + C q̇ + K q = F r in the coordinates `names`."""
+    """Linear equations M q̈ + C q̇ + K q = F r in perturbations q of the coordinates `names`, with `inputs` r."""
 
     names: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -68,11 +68,12 @@ class SecondOrder(Attributes):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Linear(Attributes):
-    """ẋ = A x + B r, y = C x + D r for small deviations x, r, y from `point`.
+    """Linear equations ẋ = A x + B r, y = C x + D r for small perturbations x, r, y from the operating point `point`.
 
-    `states` names x: the independent perturbations of the coordinates (for Euler parameters three small angles `theta…` along the
-    axes of the frame they turn), then the independent speeds, then `further` ones of `kn.state`. `rates` is ẋ at the point itself,
-    `values` what the outputs are there, `mass` the mass matrix of the independent speeds, `cyclic` the states no speed depends on.
+    `states` names x: perturbations of the independent coordinates (for Euler parameters three small angles `theta…` along the axes
+    of the frame that they orient), then of the independent speeds, then of the states `further` from `kn.state`. `rates` is ẋ and
+    `values` the outputs at the point, `mass` the mass matrix of the independent speeds, and `cyclic` the states on which no speed
+    depends.
     """
 
     states: tuple[str, ...]
@@ -92,17 +93,17 @@ class Linear(Attributes):
 
     @property
     def speeds(self) -> tuple[str, ...]:
-        """The independent speeds."""
+        """Names of the independent speeds."""
         return self.states[len(self.coordinates) : len(self.states) - len(self.further)]
 
     @cached_property
     def eigenvalues(self) -> Complex:
-        """Eigenvalues of A (1/s), by falling real part, and where rounding alone makes these differ by falling imaginary part."""
+        """Eigenvalues of A (1/s) in the order of decreasing real part, then, if these agree within rounding, imaginary part."""
         return self._spectrum.values
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
-        """The modes in the order of the eigenvalues; one of each conjugate pair."""
+        """The modes in the order of the eigenvalues, one for each conjugate pair."""
         values, vectors, _ = self._spectrum
         shapes = vectors / vectors[leading(vectors), range(len(values))]
         return tuple(
@@ -117,7 +118,7 @@ class Linear(Attributes):
 
     @property
     def stable(self) -> bool:
-        """Whether every eigenvalue has a negative real part, by more than rounding makes of it."""
+        """Whether every eigenvalue has a negative real part, beyond rounding: whether the operating point is asymptotically stable."""
         return decays(self.A, self._spectrum)
 
     def _indices(self, states: Any) -> list[int]:
@@ -128,12 +129,12 @@ class Linear(Attributes):
         return [self.states.index(n) for n in names]
 
     def without(self, *states: Any) -> Linear:
-        """The same without some states that nothing else depends on; `without("cyclic")` leaves out all the cyclic ones.
+        """The linear equations without some states, on which no other depends; `without("cyclic")` removes all cyclic ones.
 
         Raises
         ------
         SimulationError
-            if a state that is kept, or an output, depends on one that is left out
+            if a remaining state or an output depends on a removed one
         """
         cyclic = names_in("states", states) == ["cyclic"]
         gone = self._indices(self.cyclic if cyclic else states)
@@ -158,19 +159,19 @@ class Linear(Attributes):
             )
 
     def second_order(self, coordinates: Any = "all") -> SecondOrder:
-        """M q̈ + C q̇ + K q = F r of the coordinates, or of some that the rest does not disturb.
+        """The second-order form M q̈ + C q̇ + K q = F r of all coordinates, or of some that are decoupled from the others.
 
         With q̇ = G q + H u and u̇ = P q + Q u + B r,
 
             M = (H M_u⁻¹ Hᵀ)⁻¹,   C = −M (G + H Q H⁺),   K = −M (H P − H Q H⁺ G),   F = M H B
 
-        H⁺ = M_u⁻¹ Hᵀ M: M_u is the mass matrix of the independent speeds, and what the coordinates do not show of these moves freely.
-        Any choice of independent speeds gives the same.
+        where H⁺ = M_u⁻¹ Hᵀ M, and M_u is the mass matrix of the independent speeds. The result does not depend on the choice of
+        these speeds; their components that leave the coordinates unchanged are free.
 
         Raises
         ------
         SimulationError
-            if the speeds do not move the coordinates one by one, or these depend on others or on more of the speeds than their rates
+            if the rates of the coordinates are not independent, or the coordinates are coupled with others or with further speeds
         """
         expected = "coordinates and speeds alone for the second-order form"
         cure = "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
@@ -220,7 +221,7 @@ class Linear(Attributes):
             )
 
     def state_space(self) -> Any:
-        """A `control.StateSpace` with these names, `_` for each `.`; all states are outputs where none were named.
+        """The equations as `control.StateSpace` of python-control, by the same names with `_` for `.`; without outputs, all states.
 
         Raises
         ------
@@ -259,14 +260,14 @@ _ROUNDING = 16 * EPS
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class NormalModes(Attributes):
-    """x = B η with η̈_k + λ_k η_k = 0.
+    """Normal modes of M ẍ + K x = 0: x = B η with η̈_k + λ_k η_k = 0, from `kn.analysis.normal_modes`.
 
     Attributes
     ----------
-    names : of the coordinates x, deviations from the equilibrium
-    squares : λ (n), by rising size: ω² in 1/s², negative where a mode grows, 0 where nothing holds it
-    shapes : B (n × n), the modal matrix, one column a mode, BᵀM B = 1
-    M, K : those of M ẍ + K x = 0
+    names : names of the coordinates x, perturbations from the equilibrium
+    squares : λ (n) in ascending order: squared frequencies ω² (rad²/s²), negative for a growing mode, 0 without restoring force
+    shapes : the modal matrix B (n × n), a column for each mode, BᵀM B = 1
+    M, K : mass and stiffness matrix (n × n)
     """
 
     names: tuple[str, ...]
@@ -277,24 +278,24 @@ class NormalModes(Attributes):
 
     @property
     def frequencies(self) -> Array:
-        """ω (rad/s); NaN where a mode does not swing."""
+        """Natural frequencies ω (rad/s); NaN for modes that do not oscillate."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.sqrt(self.squares))
 
     @property
     def stable(self) -> bool:
-        """Whether every mode swings."""
+        """Whether every mode oscillates."""
         return bool((self.squares > 0).all())
 
     def normal_coordinates(self, x: Any) -> Array:
-        """η = BᵀM x, of deviations or of their rates; x is n, or n × any."""
+        """Normal coordinates η = BᵀM x of perturbations x (n, or n × m), or of their rates."""
         expected = f"{len(self.names)} values, of {', '.join(self.names)}"
         own = expect.floats(x, expected, error=ArgumentError)
         expect.that(own.shape[:1] == (len(self.names),), expected, came=f"shape {own.shape}", error=ArgumentError)
         return np.asarray(self.shapes.T @ self.M @ own)
 
     def motion(self, t: Any, x: Any, rates: Any) -> Array:
-        """x at the times t (n_t × n) from x and its rates at t = 0: η cos ω t + η̇ sin ω t/ω, hyperbolic where λ < 0."""
+        """Perturbations at the times t (s), as (n_t × n), that start at t = 0 with `x` and `rates`, in closed form."""
         start, drift = self.normal_coordinates(x), self.normal_coordinates(rates)
         times = expect.floats(t, "times in numbers", error=ArgumentError)[..., None]
         angle = np.sqrt(self.squares.astype(complex)) * times  # of growth an imaginary one
@@ -309,11 +310,11 @@ class NormalModes(Attributes):
 
 
 def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
-    """The normal modes of a linear system without damping and gyroscopic terms.
+    """Normal modes of a linear system without damping and gyroscopic terms.
 
     Parameters
     ----------
-    linear : from `kn.linearize` at an equilibrium, or its `second_order()` form
+    linear : the result of `kn.linearize` at an equilibrium, or of its `second_order()`
 
     Returns
     -------
@@ -323,7 +324,7 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     Raises
     ------
     SimulationError
-        if velocities matter, or K is not symmetric: then modes are complex, `linear.modes`
+        if there are velocity-dependent terms, or K is not symmetric: use the complex modes `linear.modes`
     """
     cure = "Linearize first: kn.linearize(eom, q=…)."
     expect.instance(linear, (Linear, SecondOrder), "what kn.linearize gives", cure, error=ArgumentError)

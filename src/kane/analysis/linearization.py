@@ -47,7 +47,7 @@ from kane.progress import working
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearizer(Attributes):
-    """`linearizer(q=…, u=…)` gives a `Linear`; the derivatives are compiled at the first call, and kept with the equations."""
+    """A function that linearizes: `linearizer(q=…, u=…)` returns a `Linear`. Derivatives are compiled at the first call."""
 
     eom: Equations
     outputs: Outputs
@@ -130,7 +130,7 @@ class Linearizer(Attributes):
 def linearizer(
     eom: Equations, *, outputs: Mapping[str, Any] | Sequence[Any] | None = None, settings: Settings | None = None
 ) -> Linearizer:
-    """A function that linearizes `eom` at many points, made and compiled once; `outputs` and `settings` are those of `linearize`."""
+    """A function that linearizes `eom` at many operating points, compiled once; `outputs` and `settings` as for `linearize`."""
     check_equations(eom)
     return Linearizer(eom, outputs_of(eom, outputs), settings)
 
@@ -149,39 +149,43 @@ def linearize(
     settings: Settings | None = None,
     **values: Unpack[StateValues],
 ) -> Linear | Any:
-    """ẋ = A x + B r about an equilibrium or a steady motion, all constraints included.
+    """Linearize the equations, ẋ = A x + B r, about an equilibrium or a steady motion, with all constraints.
 
-    The dependent perturbations are eliminated by the implicit function theorem at the point. In a steady motion coordinates may
-    move on which nothing that matters depends: the heading and the place of a rolling disk.
+    Dependent perturbations are eliminated by the implicit function theorem. In a steady motion, coordinates on which the dynamics
+    do not depend may vary: the heading and the position of a rolling disk.
 
     Parameters
     ----------
     eom : Equations
-    state : `kn.State`, in place of the values that follow
-    q, u : the point, by symbol or name; it must satisfy the constraints, what is left out is solved for as in `assemble`
-    parameters, inputs, states : values; parameters and further states left out take their defaults, inputs are zero
-    outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
-    independent : coordinates and speeds to be independent; by default those of the equations, coordinates by rank
-    leave_out : states that nothing depends on, or "cyclic" for all of them
-    steady : False to linearize at any state of a motion; `rates` then tells what changes there
-    tolerance : up to which share of their terms accelerations and rates count as zero
-    side : where a switch (|x|, max, where, …) stands at the state, the direction in states and inputs into which the derivative is
-        taken, such as {"x": 1}
-    settings : how to compile
+    state : a `kn.State` instead of the values that follow
+    q, u : the operating point, by symbol or name; it must satisfy the constraints, values left out are solved for as in `assemble`
+    parameters, inputs, states : by symbol or name; parameters and further states left out take their defaults, inputs left out are
+        zero
+    outputs : expressions y by name, in coordinates, rates, speeds, accelerations, reactions, states and inputs
+    independent : coordinates and speeds to be independent; by default speeds as in `eom`, coordinates by rank
+    leave_out : states to remove, on which no other state depends; "cyclic" removes all of them
+    steady : False allows any state of a motion, with its rates of change in `rates`
+    tolerance : accelerations and rates below this fraction of their terms count as zero
+    side : the direction of the derivative, as perturbations of states and inputs such as {"x": 1}, if a switch (|x|, max, where,
+        …) is at its corner
+    settings : a `kn.Settings` for the compiled code
 
-    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance: A, B, C, D,
-    rates and output_values along rate, state, input and output. Independent is what is so at the first; with steady=False it is fast.
+    If values are arrays, or a Dataset from `kn.assemble`, the result is an xarray Dataset with the dimension instance: A, B, C, D,
+    rates and output_values over rate, state, input and output. Independent states are those of the first instance; steady=False is
+    fastest. A beam that spins faster at the point than its functions or missing stiffening allow gives a warning, as in motions.
 
-    A beam that spins faster there than what it is declared with has it is warned of, as in motions.
+    Returns
+    -------
+    Linear, or xarray.Dataset
 
     Raises
     ------
     SimulationError
-        if the point is off the constraints, or neither at rest nor in steady motion; says what remains
+        if the point violates the constraints, or is neither an equilibrium nor a steady motion; the message names the nonzero rates
     CornerError
-        if a switch stands there whose sides have other derivatives, or other values, and no `side` is given
+        if a switch is at its corner, with different derivatives or values on its two sides, and `side` is not given
     SingularError
-        if the constraints lose rank there
+        if the constraints lose rank at the point
     """
     evaluate = linearizer(eom, outputs=outputs, settings=settings)
     linear = evaluate(
@@ -267,7 +271,7 @@ def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SymbolicLinear(Attributes):
-    """ẋ = A x + B r with A and B as expressions; `states` names x, `coordinates` of them are perturbations of coordinates."""
+    """ẋ = A x + B r with A and B as expressions; `states` names x, the first `coordinates` of them perturbations of coordinates."""
 
     states: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -280,19 +284,19 @@ class SymbolicLinear(Attributes):
 
 
 def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLinear:
-    """A and B about an equilibrium or a steady motion, exact, with parameters as symbols.
+    """Linearize the equations about an equilibrium or a steady motion symbolically: A and B as exact expressions of parameters.
 
     Parameters
     ----------
     eom : Equations
-    point : expressions of parameters for coordinates, speeds and inputs, by symbol or name; what is left out stays a symbol
+    point : coordinates, speeds and inputs as expressions of parameters, by symbol or name; those left out stay symbols
 
     Raises
     ------
     SimulationError
-        if the point is off the constraints, or neither at rest nor in steady motion, at a sample of what stays a symbol
+        if, for sampled values of the symbols, the point violates the constraints, or is neither an equilibrium nor a steady motion
     CornerError
-        if a switch (|x|, max, where, …) stands there whose sides have other derivatives
+        if a switch (|x|, max, where, …) is at its corner there, with different derivatives on its two sides
     """
     check_equations(eom)
     perturbed, equations = perturbations(eom), unsolved(eom.derived)

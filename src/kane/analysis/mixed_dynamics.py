@@ -39,7 +39,7 @@ from kane.program.native.machine import Settings
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inverse(Attributes):
-    """`inverse(q=…, u=…, given={…})` gives the unknowns by symbol; `unknowns` names them, `known` what `given` must hold."""
+    """A function from `kn.inverse`: `inverse(q=…, u=…, given={…})` returns the `unknowns` by symbol; `given` must contain `known`."""
 
     eom: Equations
     unknowns: tuple[Symbol, ...]
@@ -55,23 +55,23 @@ class Inverse(Attributes):
         given: Mapping[Any, Any] | None = None,
         **by_kind: Unpack[StateValues],
     ) -> dict[Symbol, Any] | Any:
-        """The unknowns by symbol at a state, or at many: values may be arrays, which broadcast.
+        """The unknowns, by symbol, at a state, or at many states given by arrays, which broadcast.
 
         Parameters
         ----------
-        state : `kn.State`, in place of q, u, inputs, parameters, t and states
-        q, u : the state, by symbol or name or in order; it must satisfy the constraints, dependent speeds may be left out
-        given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
-        inputs : the inputs among them, if they come by themselves (`**point.arguments`); those that are unknown are left out
+        state : a `kn.State` instead of q, u, inputs, parameters, t and states; or a Dataset from `kn.assemble`
+        q, u : the state, by symbol or name, or in order; it must satisfy the constraints, dependent speeds may be left out
+        given : values of the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
+        inputs : known inputs, instead of those in `given`, as in `**state.arguments`; unknown inputs in it are ignored
         states : values of further states; those left out take their defaults
 
-        Of a Dataset over instance, as `kn.assemble` gives it of arrays, in the place of the state the result is one, too: a state at
-        which the unknowns are not determined is marked there, and stops no other.
+        For a Dataset over instance, the result is a Dataset as well; a state at which the unknowns are not determined is marked by
+        `cause`.
 
         Raises
         ------
         SingularError
-            if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
+            if the unknowns are not determined, with the undetermined combination; or if the constraints lose rank at a state
         """
         eom = self.eom
         if hasattr(state, "data_vars"):
@@ -131,7 +131,7 @@ class Inverse(Attributes):
         return many.dataset(many.variables(self.unknowns, values), causes, {})
 
     def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
-        """The unknowns along a motion from `simulate`; what `given` does not hold is taken from the motion itself."""
+        """The unknowns (n) at the samples of a motion from `kn.simulate`; known quantities not in `given` come from the motion."""
         own = named_values("quantities that are given", self.known, given)
         rest = [s for s in self.known if s not in own]
         taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
@@ -250,23 +250,23 @@ def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
 
 
 def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | None = None) -> Inverse:
-    """Inverse or mixed dynamics: a function that gives `unknowns` where everything else is given.
+    """Inverse or mixed dynamics: a function that solves the equations of motion for `unknowns`, everything else given.
 
-    As many are unknown as there are equations: one for each speed and one for each reaction. Where fewer are listed, the
-    accelerations of the dependent speeds and the reactions are added, if that makes the count right.
+    There must be as many unknowns as equations, one for each speed and one for each reaction. If fewer are listed, the
+    accelerations of the dependent speeds and the reactions are added, provided that this gives the right number.
 
     Parameters
     ----------
     eom : Equations
     unknowns : accelerations (`u1.dt` or "u1'"), inputs and reactions, by symbol or name
-    settings : how to compile
+    settings : a `kn.Settings` for the compiled code
 
     Raises
     ------
     SimulationError
-        if there are too many or too few
+        if there are too many or too few unknowns
     NotAffineError
-        if an unknown input does not enter linearly
+        if the equations are not affine in an unknown input
     """
     check_equations(eom)
     given: object = unknowns

@@ -38,11 +38,11 @@ _BISECTIONS = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Crossing(Attributes):
-    """An eigenvalue on the imaginary axis: i ω of a pair where swinging sets in, 0 where the motion begins to fall over.
+    """A crossing of the imaginary axis: `eigenvalue` is i ω at the onset of an oscillation (flutter), 0 at that of divergence.
 
-    Where a switch of the equations takes it across at once, `eigenvalue` is that on the side nearer to the axis, and has a real part.
-    `value` is that of the symbol that changes, `point` the steady motion there, `between` the indices of the branch's points before
-    and after it; `grows` says whether the mode grows after it, or no longer.
+    If a switch in the equations makes the eigenvalue jump across the axis, `eigenvalue` is that on the side nearer to the axis,
+    with a nonzero real part. `value` is that of the varied symbol, `point` the steady motion there, and `between` the indices of
+    the points of the branch before and after it; `grows` tells whether the mode is growing after the crossing, or decaying.
     """
 
     value: float
@@ -147,11 +147,11 @@ def _matched(row: Complex, distance: Array) -> Complex:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branch(Attributes):
-    """Steady motions along a branch: `points` and their linearizations `linear` at `values` of `symbol`, in order along the branch.
+    """A branch of steady motions: `points` (states) and their linearizations `linear` at `values` of `symbol`, in order along it.
 
-    `eigenvalues` (points × states) keeps each eigenvalue in one column, cyclic coordinates left out. `turning` holds the indices of
-    the points at which the branch turns back, `crossings` say where an eigenvalue crosses the imaginary axis: at which value of
-    `symbol`, in which steady motion, and between which of the points.
+    `eigenvalues` (points × states) has each eigenvalue in one column, without cyclic coordinates. `turning` holds the indices of
+    the turning points, `crossings` a record for each crossing of the imaginary axis by an eigenvalue: the value of `symbol`, the
+    steady motion there, and the points between which it lies.
     """
 
     symbol: Symbol
@@ -165,12 +165,12 @@ class Branch(Attributes):
 
     @property
     def turning_points(self) -> tuple[float, ...]:
-        """The values at which the branch turns back."""
+        """The values of `symbol` at the turning points of the branch."""
         return tuple(self.values[list(self.turning)].tolist())
 
     @property
     def frequencies(self) -> Array:
-        """|Im λ| at each point, ascending, one of each pair (points × ⌈states/2⌉): 0 where a pair is real."""
+        """|Im λ| (rad/s) at each point, ascending, one for each pair of eigenvalues (points × ⌈states/2⌉); 0 for a real pair."""
         rows: Array = np.sort(np.abs(self.eigenvalues.imag), axis=1)[:, ::-2][:, ::-1]
         return rows
 
@@ -199,26 +199,26 @@ def continuation(
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> Branch:
-    """Steady motions as `symbol` goes from the first of `values` to the last, by pseudo-arclength.
+    """Follow a branch of steady motions as `symbol` varies from the first of `values` to the last, by pseudo-arclength continuation.
 
-    The start is `trim` with the first value. Where the branch turns back it is followed on, so that a value may come several
-    times; it ends where the last value is reached, or the first again.
+    The branch starts with `kn.trim` at the first value, and passes turning points, so that a value may occur several times. It
+    ends where it reaches the last value, or the first one again.
 
     Parameters
     ----------
     eom : Equations
-    symbol : the parameter, input, speed or coordinate that changes, by symbol or name
+    symbol : the parameter, input, speed or coordinate to vary, by symbol or name
     values : increasing or decreasing; the branch has a point at each of them, and at each turning point
-    state : `kn.State` of values and guesses, in place of q, u, states, parameters, inputs and the time
-    q, u, states, parameters, inputs, moving, independent : as for `trim`, the value of `symbol` apart
-    outputs, settings : as for `linearize`
+    state : a `kn.State` of values and guesses instead of q, u, states, parameters, inputs and t
+    q, u, states, parameters, inputs, moving, independent : as for `kn.trim`, without a value of `symbol`
+    outputs, settings : as for `kn.linearize`
 
     Raises
     ------
     SimulationError
         if there is no steady motion at the first value
     ValueMissingError
-        if the conditions leave more than one branch open
+        if the conditions do not determine a single branch
     """
     check_equations(eom)
     wanted = _values(values)

@@ -84,7 +84,8 @@ def conditions(
 def freest(flow: Flow) -> Flow:
     """The same with those dependent speeds, exchanged one by one, with which the fewest coordinates matter to the independent ones.
 
-    Along a frame that spins the speeds of a contact change in a steady motion, and where one of them is independent the spin matters.
+    Along a frame that spins the speeds of a contact change in a steady motion, and where one of them is independent the spin
+    matters.
     """
     count = len(flow.numeric.equations.speeds)
     least = int(_matter(flow)[: flow.counts[0]].sum())
@@ -153,32 +154,32 @@ def trim(
     settings: Settings | None = None,
     **values: Unpack[StateValues],
 ) -> State | Any:
-    """A steady motion or an equilibrium: u̇ = 0 of the independent speeds, q̇ = 0 of the coordinates that matter, all constraints.
+    """Find a steady motion or an equilibrium: u̇_I = 0, and q̇ = 0 of the coordinates that matter, with all constraints satisfied.
 
-    Values that are given are kept, guesses (`kn.guess(value)`) may move, coordinates and speeds left out are solved for, from zero,
-    further states from their defaults; these rest too, ȧ = 0, where the speeds depend on them.
-    Coordinates on which no speed depends may move steadily: a heading, a wheel's angle, a place on the road.
+    Given values are kept, and guesses `kn.guess(value)` are changed. Coordinates and speeds left out are solved for, starting from
+    zero, and further states, starting from their defaults; ȧ = 0 for states on which the speeds depend. Coordinates on which the
+    dynamics do not depend may vary: a heading, the angle of a wheel, a position on the road.
 
     Parameters
     ----------
     eom : Equations
-    state : `kn.State` of values and guesses, in place of those that follow
+    state : a `kn.State` of values and guesses instead of those that follow
     q, u, states, parameters, inputs : values and guesses by symbol or name; parameters left out take their defaults
-    moving : more coordinates, speeds and states that may change
-    independent : speeds to be independent, where those of the equations are not constant in a steady motion
-    tolerance : what may remain of rates, accelerations and constraints, as a share of the terms that cancel in them
-    settings : how to compile
+    moving : further coordinates, speeds and states that may vary
+    independent : speeds to be independent, if those of `eom` are not constant in a steady motion
+    tolerance : admissible residual of rates, accelerations and constraints, relative to the terms that cancel in them
+    settings : a `kn.Settings` for the compiled code
 
-    Of arrays in the places of numbers the result is a Dataset over instance, of coordinates, speeds, states and what is guessed. The
-    steady motion of the first is followed along the arrays; where that ends the cause is told, and the next ones are reached from the
-    last before it. Conditions are those that apply at the first.
+    If values are arrays, the result is an xarray Dataset with the dimension instance: coordinates, speeds, states and guessed
+    values. The steady motion of the first instance is followed through the arrays; where it ends, `cause` gives the reason, and
+    later ones are reached from the last valid one. The coordinates that may vary are those of the first instance.
 
     Raises
     ------
     SimulationError
-        if no such motion is found; says which acceleration remains, and how much of it
+        if no steady motion is found; the message names the accelerations that remain, with their sizes
     ValueMissingError
-        if the conditions do not determine what is left out
+        if the conditions do not determine the values left out
     """
     check_equations(eom)
     expect.floats(tolerance, "a tolerance, a number", error=ArgumentError)
@@ -234,7 +235,7 @@ def equilibrium(
     settings: Settings | None = None,
     states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> State:
-    """A state of rest: as `trim` with all speeds zero, whatever speeds a `state` that is given has."""
+    """Find an equilibrium: `trim` with all speeds zero; speeds in `state` are ignored. Arguments as for `trim`."""
     check_equations(eom)
     given = state_of(state, q=q, states=states, inputs=inputs, parameters=parameters, t=t)
     return trim(eom, replace(given, u=dict.fromkeys(eom.speeds, 0.0)), tolerance=tolerance, settings=settings)

@@ -82,8 +82,8 @@ _SPREADS = (0.0, *(10.0**k for k in (-3, -6, -9, -12, 3, 6, 9, 12)))
 def _null_vector(matrix: Matrix, system: System) -> Array | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several.
 
-    Lengths that are drawn are about 1 m, which may be far from the sizes of the model: deflections would coil a beam of 1e-4 m, and a
-    mass at its tip then outweighs all else. So where A is singular, they are drawn anew, smaller and larger, and zero.
+    Lengths that are drawn are about 1 m, which may be far from the sizes of the model: deflections would coil a beam of 1e-4 m,
+    and a mass at its tip then outweighs all else. So where A is singular, they are drawn anew, smaller and larger, and zero.
     """
     sets = [s.coordinates for s in system.euler_parameters]
 
@@ -184,8 +184,8 @@ class Derived(Immutable):
     constraints: ConstraintRows
     near: Mapping[Symbol, float] | None = None
 
-    speeds = read[Symbols[Speed]](lambda d: d.kinematical.speeds, "u.")
-    reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "The reactions brought into evidence.")
+    speeds = read[Symbols[Speed]](lambda d: d.kinematical.speeds, "The generalized speeds u.")
+    reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "Reactions brought into evidence.")
     all_speeds = read[Symbols[Symbol]](
         lambda d: Symbols((*d.speeds, *d.auxiliary_speeds)),
         "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
@@ -212,16 +212,21 @@ class Derived(Immutable):
     W = read[Matrix](lambda d: d.matrices[2], "W = Y⁻¹ of q̇ = W u + X.")
     X = read[Exprs](lambda d: d.matrices[3], "X of q̇ = W u + X.")
     angular_velocities = read[OfFrames](
-        lambda d: d._turns(velocity_form), "ω of each frame in the inertial frame, in speeds."
+        lambda d: d._turns(velocity_form), "Angular velocity ω of each frame in the inertial frame, in speeds."
     )
-    velocities = read[OfPoints](lambda d: d._shifts(velocity_form), "v of each point in the inertial frame, in speeds.")
-    angular_accelerations = read[OfFrames](lambda d: d._turns(acceleration_form), "α of each frame, in speeds and u̇.")
-    point_accelerations = read[OfPoints](lambda d: d._shifts(acceleration_form), "a of each point, in speeds and u̇.")
+    velocities = read[OfPoints](lambda d: d._shifts(velocity_form), "Velocity v of each point, in speeds.")
+    angular_accelerations = read[OfFrames](
+        lambda d: d._turns(acceleration_form), "Angular acceleration α of each frame, in u and u̇."
+    )
+    point_accelerations = read[OfPoints](
+        lambda d: d._shifts(acceleration_form), "Acceleration a of each point, in u and u̇."
+    )
     partial_angular_velocities = read[Mapping[Frame, Mapping[Expr, Vector]]](
-        lambda d: d._turns(d._partials), "ω_r of each frame for each speed, auxiliary ones too."
+        lambda d: d._turns(d._partials),
+        "Partial angular velocities ω_r of each frame for each speed and auxiliary speed.",
     )
     partial_velocities = read[Mapping[Point, Mapping[Expr, Vector]]](
-        lambda d: d._shifts(d._partials), "v_r of each point for each speed, auxiliary ones too."
+        lambda d: d._shifts(d._partials), "Partial velocities v_r of each point for each speed and auxiliary speed."
     )
 
     def _turns(self, reading: Callable[[Motion], V]) -> Mapping[Frame, V]:
@@ -241,7 +246,7 @@ class Derived(Immutable):
 
     @read
     def loads(self) -> tuple[Load, ...]:
-        """The loads in speeds, gravity written out as one force a body."""
+        """The loads, written in speeds, with gravity as one force for each body."""
         weights = [gravity_load(g, self.system.bodies) for g in self.system.gravities]
         return (*forcing.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
 
@@ -260,10 +265,10 @@ class Derived(Immutable):
 
     Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
         lambda d: d._by_speed(d.active_terms, dict(zip((*d.system.gravities, *d.system.loads), d.loads, strict=True))),
-        "What each load contributes to each generalized active force.",
+        "Contributions of loads to F_r, by speed and load.",
     )
     Fr_star_contributions = read[Mapping[tuple[Expr, Body], Expr]](
-        lambda d: d._by_speed(d.inertia_terms, {}), "What each body contributes to each generalized inertia force."
+        lambda d: d._by_speed(d.inertia_terms, {}), "Contributions of bodies to F*_r, by speed and body."
     )
 
     def _by_speed(
@@ -275,7 +280,7 @@ class Derived(Immutable):
 
     @read
     def Fr(self) -> Exprs:
-        """Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence."""
+        """Generalized active forces F_r of all speeds, then of the auxiliary speeds; the latter contain the reactions."""
         evident = (
             sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs) for s in self.all_speeds
         )
@@ -283,7 +288,7 @@ class Derived(Immutable):
 
     @read
     def Fr_star(self) -> Exprs:
-        """Generalized inertia forces F*_r, in u̇."""
+        """Generalized inertia forces F*_r of all speeds, then of the auxiliary speeds, in u̇."""
         return self._sums(self.Fr_star_contributions, self.system.bodies)
 
     def _sums(self, shares: Mapping[tuple[Expr, K], Expr], sources: Sequence[K]) -> Exprs:
@@ -291,15 +296,13 @@ class Derived(Immutable):
 
     # Further states ------------------------------------------------------------------------------------------------------
 
-    states = read[tuple[StateVariable, ...]](
-        lambda d: Symbols(d.system.states), "a, the further states beside q and u."
-    )
+    states = read[tuple[StateVariable, ...]](lambda d: Symbols(d.system.states), "The states a beside q and u.")
     state_rates = read[Exprs](
-        lambda d: d._in_speeds(d.system.states.values()), "ȧ of the further states, rates of coordinates in speeds."
+        lambda d: d._in_speeds(d.system.states.values()), "Rates ȧ of these states, with q̇ written in speeds."
     )
     state = read[tuple[Symbol, ...]](
         lambda d: Symbols((*d.system.coordinates, *d.speeds, *d.states)),
-        "x = (q, u, a): the whole state, in this order.",
+        "The whole state x = (q, u, a), in this order.",
     )
 
     def _in_speeds(self, exprs: Iterable[Expr]) -> Exprs:
@@ -323,7 +326,7 @@ class Derived(Immutable):
 
     @read
     def blocks(self) -> Blocks:
-        """M, f and G by speeds and auxiliary speeds."""
+        """The matrices M, f and G of the equations of speeds and of auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
         right = [forcing.generalized_by_motion(self.left, s) for s in self.all_speeds]
         apart = self._with_weights_apart()
@@ -344,20 +347,24 @@ class Derived(Immutable):
         rest = forcing.bias_terms(self._active(self.kinematics), self.bodies, Vector())
         return [add(forcing.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
 
-    mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
-    auxiliary_mass_matrix = read[Matrix](lambda d: d.blocks.mass_a, "M_a (auxiliary × n).")
+    mass_matrix = read[Matrix](lambda d: d.blocks.mass, "The mass matrix M (n × n) of all n speeds.")
+    auxiliary_mass_matrix = read[Matrix](
+        lambda d: d.blocks.mass_a, "M_a (auxiliary speeds × n) of M_a u̇ = f_a + G_a R."
+    )
 
     @read
     def forcing(self) -> Exprs:
-        """f (n), reactions that loads hold included, forces of the constraints not."""
+        """f (n) of M u̇ = f + Aᵀ λ, which contains the reactions in loads, and no constraint forces."""
         return tuple(map(add, self.blocks.forcing, self.blocks.coupling @ self.reactions))
 
     @read
     def auxiliary_forcing(self) -> Exprs:
-        """f_a (auxiliary speeds), with the reactions."""
+        """f_a + G_a R of the equations of auxiliary speeds, M_a u̇ = f_a + G_a R."""
         return tuple(map(add, self.blocks.forcing_a, self.blocks.coupling_a @ self.reactions))
 
-    A = read[Matrix](lambda d: d.constraints.a, "A of A u + b = 0, a row for each of `system.constraints`.")
+    A = read[Matrix](
+        lambda d: d.constraints.a, "A of the constraints A u + b = 0, with a row for each of `system.constraints`."
+    )
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
     conditions = read[Manifold](lambda d: manifold(d.system), "The configuration constraints, with their derivatives.")
     compared = read[Compared](

@@ -37,10 +37,10 @@ Partials = Mapping[Speed, Vector]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motions(Immutable):
-    """Motions of frames and points of a tree, in generalized speeds; with motion constraints also in the independent ones.
+    """Velocities, accelerations and partial velocities of frames and points in generalized speeds, from `kn.analysis.motions`.
 
-    Each question names the frame or point, the frame A in which it moves (by default the inertial one), and of points in another frame
-    a point `origin` that is fixed in A. `independent` answers the same questions by nonholonomic quantities.
+    Each method takes the frame or point, the frame A in which its motion is observed, `in_`, by default the inertial frame, and for
+    points in a different frame A a point `origin` fixed in A. `independent` gives the same in the independent speeds.
     """
 
     derived: Derived
@@ -49,7 +49,7 @@ class Motions(Immutable):
 
     coordinates = read[Symbols[Coordinate]](lambda m: m.derived.system.coordinates, "q.")
     speeds = read[tuple[Speed, ...]](
-        lambda m: m.independent_speeds if m.nonholonomic else m.derived.speeds, "u, or u_I where these are asked."
+        lambda m: m.independent_speeds if m.nonholonomic else m.derived.speeds, "The speeds u, or u_I."
     )
     rates = read[Exprs](lambda m: m.derived.rates, "q̇ = W u + X.")
     Y = Derived.Y.within("derived")
@@ -67,20 +67,20 @@ class Motions(Immutable):
     b = Derived.b.within("derived")
     dependent_speeds = read[tuple[Speed, ...]](
         lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.partition.dependent),
-        "u_D, which the constraints give.",
+        "The dependent speeds u_D.",
     )
     independent_speeds = read[tuple[Speed, ...]](
         lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.independent), "u_I."
     )
     degrees_of_freedom = read[int](
-        lambda m: len(m.independent_speeds), "p = n − m: speeds less the constraints that do not follow from others."
+        lambda m: len(m.independent_speeds), "p = n − m: the number of speeds less that of independent constraints."
     )
     A_n = read[Matrix](lambda m: m._embedded.a_n, "A_n of u_D = A_n u_I + b_n.")
     b_n = read[Exprs](lambda m: m._embedded.b_n, "b_n of u_D = A_n u_I + b_n.")
 
     @read
     def independent(self) -> Motions:
-        """The same motions in the independent speeds alone: nonholonomic partial velocities ṽ_r, ω̃_r (sec. 2.14)."""
+        """The same motions in the independent speeds, with nonholonomic partial velocities ṽ_r and ω̃_r (sec. 2.14)."""
         return Motions(self.derived, self.embedding, True)
 
     @read
@@ -91,15 +91,15 @@ class Motions(Immutable):
     # Frames --------------------------------------------------------------------------------------------------------------
 
     def angular_velocity(self, frame: Frame, in_: Frame | None = None) -> Vector:
-        """ᴬω^B of the frame B, in speeds."""
+        """Angular velocity ᴬω^B of the frame B, in speeds."""
         return _short(self._relative(velocity_form, frame, in_))
 
     def partial_angular_velocities(self, frame: Frame, in_: Frame | None = None) -> Partials:
-        """ᴬω_r^B by speed."""
+        """Partial angular velocities ᴬω_r^B of the frame B, by speed."""
         return self._by_speed(lambda u: self._relative(lambda m: m.partials.get(u, Vector()), frame, in_))
 
     def angular_acceleration(self, frame: Frame, in_: Frame | None = None) -> Vector:
-        """ᴬα^B = ᴺα^B − ᴺα^A − ᴺω^A × ᴬω^B, in speeds and u̇."""
+        """Angular acceleration ᴬα^B = ᴺα^B − ᴺα^A − ᴺω^A × ᴬω^B, in speeds and u̇."""
         turned = self._relative(acceleration_form, frame, in_)
         if in_ is None:
             return _short(turned)
@@ -109,15 +109,15 @@ class Motions(Immutable):
     # Points --------------------------------------------------------------------------------------------------------------
 
     def velocity(self, point: Point, in_: Frame | None = None, origin: Point | None = None) -> Vector:
-        """ᴬv^P of the point P, in speeds."""
+        """Velocity ᴬv^P of the point P, in speeds."""
         return _short(self._shifted(velocity_form, point, in_, origin))
 
     def partial_velocities(self, point: Point, in_: Frame | None = None, origin: Point | None = None) -> Partials:
-        """ᴬv_r^P by speed."""
+        """Partial velocities ᴬv_r^P of the point P, by speed."""
         return self._by_speed(lambda u: self._shifted(lambda m: m.partials.get(u, Vector()), point, in_, origin))
 
     def acceleration(self, point: Point, in_: Frame | None = None, origin: Point | None = None) -> Vector:
-        """ᴬa^P = ᴺa^P − ᴺa^Q − ᴺα^A × r − ᴺω^A × (ᴺω^A × r) − 2 ᴺω^A × ᴬv^P, in speeds and u̇."""
+        """Acceleration ᴬa^P = ᴺa^P − ᴺa^Q − ᴺα^A × r − ᴺω^A × (ᴺω^A × r) − 2 ᴺω^A × ᴬv^P, in speeds and u̇."""
         shifted = self._shifted(acceleration_form, point, in_, origin)
         if in_ is None or origin is None:
             return _short(shifted)
@@ -128,7 +128,7 @@ class Motions(Immutable):
     # Expressions ---------------------------------------------------------------------------------------------------------
 
     def in_speeds(self, e: Any) -> Any:
-        """An expression or vector with every rate q̇ written in speeds, and every q̈ in u̇."""
+        """An expression or vector with each rate q̇ written in speeds, and each q̈ in speeds and u̇."""
         if isinstance(e, Vector):
             return e.map(self.in_speeds)
         return without_rates(self.derived, as_expr(e))
@@ -220,18 +220,19 @@ def motions(
     ----------
     inertial : the root frame
     speeds : mapping of each speed to its definition, affine in the rates, or "rates" for u = q̇ throughout
-    of : frames and points that hold coordinates which no definition has a rate of; with "rates" all of them
-    holonomic, nonholonomic : constraints, as for a System
-    dependent_speeds : which speeds the constraints give; chosen if left out
-    coordinates : their order
-    near : where the motion is, if constraints have other branches, as for `kn.derive`
+    of : frames and points whose coordinates do not occur in the definitions of speeds; with "rates", all frames and points of
+        interest
+    holonomic, nonholonomic : constraints, as for `kn.System`
+    dependent_speeds : the speeds to solve the constraints for; by default chosen by rank
+    coordinates : order of the coordinates
+    near : approximate coordinates, if constraints have several branches, as for `kn.derive`
 
     Raises
     ------
     SpeedsError
         if the speeds do not determine the rates
     ModelError
-        if a constraint is not affine in the rates, or holds nothing
+        if a constraint is not affine in the rates, or restricts no motion
     """
     system = scaffold(inertial, speeds, of, holonomic, nonholonomic, dependent_speeds, coordinates)
     parts = derived(system, near)

@@ -67,8 +67,8 @@ class Solved(Immutable):
     without the loads that hold reactions: a change of the sign of their determinants' ratio is Painlevé's case.
 
     Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
-    numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X. `routes` holds
-    the operations of all routes that were compared, by name; `asked` is the one that was asked for. `lightened` has the
+    numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X. `routes`
+    holds the operations of all routes that were compared, by name; `asked` is the one that was asked for. `lightened` has the
     loads without those along what constraints hold. `of_rows` are the multipliers by row, where the route has found them itself.
     """
 
@@ -109,7 +109,7 @@ class Solved(Immutable):
     )
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),
-        "Operations of one evaluation of the whole right-hand side, solution included.",
+        "Number of operations of one evaluation of the whole right-hand side, with the solution for u̇.",
     )
 
     @read
@@ -153,11 +153,11 @@ class Solved(Immutable):
         lambda s: Symbols(
             s.derived.speeds[s.embedding.partition.dependent[k]] for k in (s._dependent_indices if s.embedding else ())
         ),
-        "u_D, the speeds that the constraints give: those that were named in that order, then the others in that of the speeds.",
+        "The dependent speeds u_D: those declared as dependent in their order, then further ones in the order of the speeds.",
     )
     independent_speeds = read[tuple[Speed, ...]](
         lambda s: Symbols(s.derived.speeds[i] for i in s.embedding.independent) if s.embedding else s.derived.speeds,
-        "u_I, as many as there are degrees of freedom.",
+        "The independent speeds u_I, one for each degree of freedom.",
     )
     A_n = read[Matrix](
         lambda s: s.embedding.a_n.take(s._dependent_indices) if s.embedding else Matrix([], (0, len(s.derived.speeds))),
@@ -201,7 +201,7 @@ class Solved(Immutable):
 
     @read
     def redundant(self) -> tuple[Constraint, ...]:
-        """Constraints that follow from the others, where they were compared; their multipliers are taken as zero."""
+        """Redundant constraints: those that follow from the others at the configurations examined. Their multipliers are zero."""
         rows = self.embedding.partition.redundant if self.embedding else ()
         return tuple(self.derived.constraints.constraints[r] for r in rows)
 
@@ -220,7 +220,7 @@ class Solved(Immutable):
 
     @read
     def dependent_pivots(self) -> tuple[Pivot, ...]:
-        """What A_n and b_n are divided by, where it may vanish, with the dependent speeds that it gives."""
+        """Denominators of A_n and b_n that may vanish, each with the dependent speeds that are solved for with it."""
         e, speeds = self.embedding, self.derived.speeds
         if e is None:
             return ()
@@ -230,7 +230,7 @@ class Solved(Immutable):
 
     @read
     def multipliers(self) -> Mapping[Constraint, Expr]:
-        """λ of M u̇ = f + Aᵀ λ by constraint: the force or torque that holds it, in u̇ and reactions."""
+        """Multipliers λ of M u̇ = f + Aᵀ λ, the forces or torques of constraints, by constraint, in u̇ and reactions."""
         e, d = self.embedding, self.derived
         if e is None:
             return {}
@@ -268,11 +268,11 @@ class Solved(Immutable):
     )
     forcing_nh = read[Exprs](
         lambda s: s.short([generalized_by_motion(s.nonholonomic.left, u) for u in s.independent_speeds]),
-        "f̃ of M̃ u̇_I = f̃, where no load holds a reaction: Σ ṽ_r·(F − m ã_b) + ω̃_r·(T − I·α̃_b − ω × I·ω).",
+        "f̃ of M̃ u̇_I = f̃, if no load contains a reaction: Σ ṽ_r·(F − m ã_b) + ω̃_r·(T − I·α̃_b − ω × I·ω).",
     )
     Fr_nh = read[Exprs](
         lambda s: s._nonholonomic(s.nonholonomic.Fr, s.derived.as_declared.Fr),
-        "Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D: of the independent, then the auxiliary speeds.",
+        "Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D of the independent, then the auxiliary speeds.",
     )
     Fr_star_nh = read[Exprs](
         lambda s: s._nonholonomic(s.nonholonomic.Fr_star, s.derived.as_declared.Fr_star),

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The routines of equations of motion: Programs over t, x = (q, u, a), p and r, and machine code called with these.
 
-Derivatives, their products and inverse dynamics are made where they are asked for. What is compiled, or derived anew, is made when it
-is first needed, and kept with the equations.
+Derivatives, their products and inverse dynamics are made where they are asked for. What is compiled, or derived anew, is made when
+it is first needed, and kept with the equations.
 """
 
 from collections import OrderedDict
@@ -146,10 +146,9 @@ def program(
 ) -> Program:
     """The Program of the named routines, of "outputs" where there are any, and of `more` that are given.
 
-    "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
-    values; those of `ON_DEMAND` are asked for by name. `beside` stands behind
-    the parameters. `reciprocals` lets divisions by one divisor share its reciprocal, which
-    rounds differently, `optimize` rewrites to fewer operations by `rules`.
+    "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions"
+    those values; those of `ON_DEMAND` are asked for by name. `beside` stands behind the parameters. `reciprocals` lets divisions
+    by one divisor share its reciprocal, which rounds differently, `optimize` rewrites to fewer operations by `rules`.
     """
     own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])
     unknown = (repr(r) for r in routines if r not in ROUTINES and r not in ON_DEMAND)
@@ -258,14 +257,15 @@ _ARRAY: Any = np.ndarray
 
 
 class Handle(CompiledRoutine):
-    """One compiled routine: `handle(t, x, p, r)`.
+    """One compiled routine, called as `handle(t, x, p, r)`.
 
-    `t` is a number, `x` the state (…, n), `p` the parameters (…, np) or a mapping by symbol or name (those left out keep their
-    defaults; all of them where `p` is None), `r` the inputs (…, nr). Leading axes broadcast; the result has them, then `shape`.
-    It is always a new array. Threads may call one handle at the same time: each call has a block of memory to itself.
+    `t` is the time, `x` the state (…, n), `p` the parameters (…, np) or a mapping by symbol or name, in which parameters left out
+    take their defaults (None: all of them), `r` the inputs (…, nr). Leading axes broadcast; the result, a new array, has these
+    axes and then those of `shape`. Several threads may call a handle at the same time.
 
-    NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` says what happens: "warn"
-    (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
+    NaN or infinity in the arguments raises an `ArgumentError`. If a result is not finite, `not_finite` determines what happens:
+    "warn" (`KaneWarning`) or "raise" (`NotFiniteError`), with the first intermediate that is not finite; with "ignore" there is no
+    check.
     """
 
     __slots__ = ()
@@ -308,7 +308,7 @@ class Handle(CompiledRoutine):
         return self._general(t, x, p, r) if many is None else many
 
     def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
-        """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
+        """The first intermediate result that is not finite at a state, with its operands, as text; "" if all are finite."""
         return super().explain(t, x, p, r)
 
     _repr_html_ = show.html
@@ -329,12 +329,12 @@ class HasSolved(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Compiled(Attributes):
-    """Equations of motion as callable machine code.
+    """Equations of motion as machine code, from `kn.compile`.
 
-    `rhs(t, x, p, r)` gives ẋ = (q̇, u̇), `mass_matrix` M, `forcing` f of M u̇ = f, `reactions` the reactions; each is a `Handle`,
-    compiled when it is first read (`rhs` at once). `jac`, `jac_inputs`, `jac_parameters` and `jac_time` are exact
-    derivatives of `rhs`, `jvp`, `vjp` and `hvp` products of them with vectors.
-    `outputs(t, x, p, r)` gives a dict of the expressions named when compiling.
+    `rhs(t, x, p, r)` gives ẋ = (q̇, u̇, ȧ), `mass_matrix` M, `forcing` f of M u̇ = f, `reactions` the reactions; each is a
+    `Handle`, compiled at its first use (`rhs` at once). `jac`, `jac_inputs`, `jac_parameters` and `jac_time` are exact derivatives
+    of `rhs`, `jvp`, `vjp` and `hvp` products of them with vectors. `outputs(t, x, p, r)` gives a dict of the expressions named
+    when compiling.
     """
 
     equations: HasSolved
@@ -361,12 +361,12 @@ class Compiled(Attributes):
         code = self._program((name,))
         return _kind(code)(code, name, self.settings, {"p": self.default}, self.not_finite)
 
-    mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "M, n × n.")
+    mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "The mass matrix M (n × n).")
     forcing = read[Handle](lambda c: c._handle("forcing"), "f of M u̇ = f, with the reactions at their solved values.")
     reactions = read[Handle](lambda c: c._handle("reactions"), "The reactions.")
     inverse_dynamics = read[CompiledRoutine](
         lambda c: c._handle("inverse_dynamics"),
-        "M u̇ − f, the generalized forces wanted besides the loads: `inverse_dynamics(t, x, a, p, r)` with a = u̇.",
+        "M u̇ − f, the generalized forces needed in addition to the loads: `inverse_dynamics(t, x, a, p, r)` with a = u̇.",
     )
     jac = read[Handle](lambda c: c._handle("jac"), "J = ∂ẋ/∂x, n × n: `jac(t, x, p, r)`.")
     jac_inputs = read[Handle](lambda c: c._handle("jac_inputs"), "∂ẋ/∂r.")
@@ -375,7 +375,7 @@ class Compiled(Attributes):
     jvp = read[CompiledRoutine](lambda c: c._handle("jvp"), "J v: `jvp(t, x, v, p, r)`.")
     sensitivity = read[CompiledRoutine](
         lambda c: c._handle("sensitivity"),
-        "J v + ∂ẋ/∂p s, how a motion changes that begins at v with the parameters changed by s: `sensitivity(t, x, v, s, p, r)`.",
+        "J v + ∂ẋ/∂p s, the variation of ẋ by variations v of the state and s of the parameters: `sensitivity(t, x, v, s, p, r)`.",
     )
     vjp_parameters = read[CompiledRoutine](
         lambda c: c._handle("vjp_parameters"), "wᵀ ∂ẋ/∂p: `vjp_parameters(t, x, w, p, r)`."
@@ -387,19 +387,19 @@ class Compiled(Attributes):
     _outputs = read[Handle](lambda c: c._handle("outputs"), "The outputs as one vector.")
 
     def outputs(self, t: Any, x: Any, p: Any = None, r: Any = None) -> dict[str, Array]:
-        """The named outputs, each with the leading axes of the arguments, then its own shape."""
+        """The outputs named in `kn.compile`, by name; each has the leading axes of the arguments, then the axes of its value."""
         if self.bundle is None:
             raise ArgumentError("Expected outputs to have been named, compile(outputs={name: expression}), got none.")
         return self.bundle.split(self._outputs(t, x, p, r))
 
     def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
-        """The vector p: values by symbol or name, the others at their defaults."""
+        """The vector p with given values, by symbol or name; the other parameters have their defaults."""
         port = self.rhs.program.port("p")
         return port_values(port, values or {}, self.default)
 
     @cached_property
     def program(self) -> Program:
-        """All routines in one Program: what `emit` prints."""
+        """All routines in one Program, which `emit` prints."""
         return self._program((*ROUTINES, "outputs") if self.bundle else ROUTINES)
 
     operations = read[Receipt](lambda c: receipt(c.program), "The operation receipt by routine.")
@@ -411,15 +411,14 @@ class Compiled(Attributes):
     def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str: ...
 
     def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str | bytes:
-        """Source text, whose head says how to call it.
+        """Source code of the routines in another language, with instructions how to call it at its top.
 
         `target` is "c" (C99), "h" (its header), "numpy", "jax", "torch", "casadi", "sympy" (modules of Python), "cpp", "eigen"
         (headers of C++17), "rust", "cargo" (src/lib.rs and Cargo.toml), "matlab" (Octave too), "julia", "modelica",
         "javascript" or "sfunction" (a C MEX file for Simulink); or bytes, "wasm" (a module of WebAssembly).
 
-        `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", all of them unless told, or of
-        "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "vjp_parameters", "sensitivity", "hvp",
-        "inverse_dynamics".
+        `routines` are any of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", by default all of these, and of "jac",
+        "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "vjp_parameters", "sensitivity", "hvp", "inverse_dynamics".
         """
         from importlib.metadata import version
 

@@ -79,12 +79,12 @@ def _named(kind: Kind, of: str, values: read[Exprs]) -> read[Exprs]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equations(Immutable):
-    """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, with everything that led to them.
+    """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, from `kn.derive`, with all quantities of the derivation.
 
-    `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)
-    and `reaction_values` are solved for, as functions of q, u, t, parameters and inputs; `rates` gives q̇ = W u + X. With
-    constraints, `u_D = A_n u_I + b_n` gives the dependent speeds, and `multipliers` the forces λ that hold them; `redundant` are those
-    that follow from the others at the configurations compared, see `derive(system, near=…)`.
+    `mass_matrix` M (n × n) and `forcing` f (n) are those of the n generalized speeds; f may contain reactions. `accelerations` u̇
+    and `reaction_values` are solved for, as functions of q, u, t, parameters and inputs; `rates` are q̇ = W u + X. Under
+    constraints, the dependent speeds are u_D = A_n u_I + b_n, and `multipliers` are the constraint forces λ. `redundant` are the
+    constraints that follow from the others at the configurations examined, see `near` of `kn.derive`.
     """
 
     _other_names = MappingProxyType(
@@ -111,25 +111,39 @@ class Equations(Immutable):
     solved: Solved
     events: tuple[Event, ...]
 
-    derived = read[Derived](lambda e: e.solved.derived, "What no choice of dependent speeds changes.")
-    _shown = read[Derived](lambda e: e.derived.as_declared, "The same along the declared frames.")
+    derived = read[Derived](
+        lambda e: e.solved.derived, "The quantities that do not depend on the choice of dependent speeds."
+    )
+    _shown = read[Derived](lambda e: e.derived.as_declared, "The same, written along the declared frames.")
     system = read[System](lambda e: e.derived.system, "The system.")
-    coordinates = read[tuple[Coordinate, ...]](lambda e: e.system.coordinates, "q.")
+    coordinates = read[tuple[Coordinate, ...]](lambda e: e.system.coordinates, "The coordinates q.")
     parameters = read[tuple[Parameter, ...]](lambda e: e.system.parameters, "The parameters of the system.")
     inputs = read[tuple[Input | Rate, ...]](lambda e: e.system.inputs, "The inputs of the system, and their rates.")
     frames = read[tuple[Frame, ...]](lambda e: e.system.frames, "The frames of the system.")
     points = read[tuple[Point, ...]](lambda e: e.system.points, "The points of the system.")
     speeds = Derived.speeds.within("derived")
-    auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](lambda e: e.derived.auxiliary_speeds, "u_a, one a reaction.")
+    auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](
+        lambda e: e.derived.auxiliary_speeds, "The auxiliary speeds u_a, one for each reaction."
+    )
     all_speeds = Derived.all_speeds.within("derived")
     states = Derived.states.within("derived")
-    state_rates = _named(Kind.RATE, "states", read(lambda e: e.solved.state_rates, "ȧ of the further states."))
+    state_rates = _named(
+        Kind.RATE,
+        "states",
+        read(lambda e: e.solved.state_rates, "Rates ȧ of the states beside q and u, as functions of the state."),
+    )
     state = Derived.state.within("derived")
     reactions = Derived.reactions.within("derived")
-    bodies = read[tuple[Moving, ...]](lambda e: e._shown.bodies, "The bodies with their motions.")
-    kinematical = read[Speeds](lambda e: e.derived.kinematical, "The kinematical equations.")
+    bodies = read[tuple[Moving, ...]](
+        lambda e: e._shown.bodies, "The parts of the bodies with their velocities and accelerations."
+    )
+    kinematical = read[Speeds](
+        lambda e: e.derived.kinematical, "The kinematical equations u = Y q̇ + z and q̇ = W u + X."
+    )
     kinematics = read[Kinematics](lambda e: e._shown.kinematics, "Motions of frames and points.")
-    pairs = read[Mapping[tuple[Expr, Expr], Expr]](lambda e: e.derived.pairs, "What reactions put into auxiliary rows.")
+    pairs = read[Mapping[tuple[Expr, Expr], Expr]](
+        lambda e: e.derived.pairs, "Coefficients of reactions in the equations of auxiliary speeds."
+    )
     constraints = read[ConstraintRows](lambda e: e.derived.constraints, "The rows of A u + A_a u_a + b = 0.")
 
     # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
@@ -158,42 +172,58 @@ class Equations(Immutable):
     auxiliary_mass_matrix = Derived.auxiliary_mass_matrix.within("derived")
     forcing = _named(Kind.FORCING, "speeds", Derived.forcing.within("derived"))
     auxiliary_forcing = _named(Kind.FORCING, "auxiliary_speeds", Derived.auxiliary_forcing.within("derived"))
-    accelerations = _named(Kind.RATE, "speeds", read(lambda e: e.solved.shown[0], "u̇, solved."))
-    reaction_values = _named(Kind.SYMBOL, "reactions", read(lambda e: e.solved.shown[1], "The reactions, solved."))
+    accelerations = _named(
+        Kind.RATE,
+        "speeds",
+        read(lambda e: e.solved.shown[0], "The accelerations u̇ as functions of q, u, t, parameters and inputs."),
+    )
+    reaction_values = _named(
+        Kind.SYMBOL,
+        "reactions",
+        read(lambda e: e.solved.shown[1], "The reactions as functions of q, u, t, parameters and inputs."),
+    )
     right_hand_side = _named(Kind.RATE, "state", Solved.right_hand_side.within("solved"))
     operations = Solved.operations.within("solved")
-    route = read[str](lambda e: e.solved.route, "The route by which the equations were solved.")
+    route = read[str](
+        lambda e: e.solved.route, "The name of the route by which the equations are solved for u̇, as in `kn.derive`."
+    )
     routes = read[Mapping[str, int]](
         lambda e: MappingProxyType(dict(e.solved.routes) or {e.route: e.operations.total}),
-        "The operations of the routes that were compared, by name.",
+        "The number of operations of each route that was compared, by name.",
     )
     steps = read[tuple[Step, ...]](
         lambda e: seven_steps(e.solved), "The seven steps of the method, each with its results."
     )
 
     def by(self, method: str) -> Formulation:
-        """The equations of motion of the system by another method, with what it must eliminate, and the same u̇.
+        """The equations of motion of the system by another method; they give the same accelerations u̇.
 
         Parameters
         ----------
-        method : "kane", "lagrange" (second kind; where constraints are left, Maggi's), "lagrange first kind" (with multipliers),
-            "hamilton", "boltzmann-hamel", "newton-euler" (all constraint forces unknown), "virtual work" or "virtual power"
+        method : "kane", "lagrange" (second kind; Maggi's equations if there are constraints), "lagrange first kind" (with
+            multipliers), "hamilton", "boltzmann-hamel", "newton-euler" (with all constraint forces as unknowns), "virtual work" or
+            "virtual power"
+
+        Returns
+        -------
+        Formulation
+            `.equations`, `.unknowns`, `.right_hand_side`, `.eliminated`, `.operations`
 
         Raises
         ------
         ModelError
-            where the method does not take the system: all but Kane's where loads hold reactions, as friction does its normal force;
-            Hamilton's where a coordinate moves no mass; his and Hamel's of Euler parameters
+            if the method is not applicable: any but Kane's if loads depend on reactions, as `kn.friction` on its normal force;
+            Hamilton's if a coordinate moves no mass; Hamilton's and Hamel's with Euler parameters
         """
         return formulation(self.solved, method)
 
     def contributions(self, speed: Expr | str) -> Contributions:
-        """The terms of F_r and F*_r for one speed: each force and body with the partial velocity it meets."""
+        """The terms of F_r and F*_r for one speed: each force and torque with the partial velocity that multiplies it."""
         return contributions(self._shown, speed)
 
     noncontributing = read[tuple[Noncontributing, ...]](
         lambda e: noncontributing(e.solved),
-        "The loads that are in no (nonholonomic) generalized active force, each with the reason.",
+        "The loads that contribute to no (nonholonomic) generalized active force, each with the reason.",
     )
     inertia_forces = read[Mapping[Body, ForceSystem]](
         lambda e: LazyMapping(e.system.bodies, lambda body: inertia_forces(e._shown, body)),
@@ -201,14 +231,14 @@ class Equations(Immutable):
     )
 
     def mass_contributions(self, r: Expr | str, s: Expr | str) -> tuple[MassContribution, ...]:
-        """What each body adds to M_rs; bodies that add nothing are left out."""
+        """The contribution of each body to the entry M_rs of the mass matrix; zero contributions are left out."""
         return mass_contributions(self._shown, r, s)
 
     # Constraints ---------------------------------------------------------------------------------------------------------
 
     A = Derived.A.within("derived")
     b = Derived.b.within("derived")
-    embedding = read[Embedding | None](lambda e: e.solved.embedding, "u_D by u_I, None without constraints.")
+    embedding = read[Embedding | None](lambda e: e.solved.embedding, "u_D in terms of u_I; None without constraints.")
     dependent_speeds = Solved.dependent_speeds.within("solved")
     independent_speeds = Solved.independent_speeds.within("solved")
     A_n = Solved.A_n.within("solved")
@@ -222,31 +252,32 @@ class Equations(Immutable):
     forcing_nh = _named(Kind.NONHOLONOMIC_FORCING, "independent_speeds", Solved.forcing_nh.within("solved"))
     kinetic_energy_nh = read[Expr](
         lambda e: e.solved.short([energy.kinetic_energy_in_speeds(e.solved.nonholonomic.bodies)])[0],
-        "K in the independent speeds.",
+        "The kinetic energy K in the independent speeds.",
     )
     _rows_nh = read[tuple[Any, ...]](lambda e: (*e.independent_speeds, *e.auxiliary_speeds), "The speeds of ~F_r.")
     Fr_nh = _named(Kind.NONHOLONOMIC_ACTIVE_FORCE, "_rows_nh", Solved.Fr_nh.within("solved"))
     Fr_star_nh = _named(Kind.NONHOLONOMIC_INERTIA_FORCE, "_rows_nh", Solved.Fr_star_nh.within("solved"))
 
     def reaction(self, place: Place, frame: Frame | None = None) -> JointReaction:
-        """The force and torque that the near side exerts on the far side, in q, u, t, parameters and inputs.
+        """The force and torque that are transmitted at a joint, a point, a frame or by constraints, in q, u, t, parameters and inputs.
 
         Parameters
         ----------
-        place : a joint, a geometric point of the tree, a frame (the torque alone), a constraint, those of a closure, or a name:
-            of a joint in System(joints=…), a constraint or a closure, a point, a frame, looked up in this order
-        frame : the frame along which both vectors are written, by default the inertial one
+        place : a joint, a geometric point of the tree, a frame (for the torque alone), a constraint or the constraints of a closed
+            loop; or the name of a joint in System(joints=…), a constraint or loop, a point or a frame, looked up in this order
+        frame : the frame along which both vectors are written; by default the inertial frame
 
         Returns
         -------
         JointReaction
-            `.force` at `.point`, which is the far side's, and `.torque` about it
+            what the near side, towards the root of the tree, exerts on the far side: `.force` (N) at `.point` of the far side, and
+            `.torque` (N m) about this point
 
         Raises
         ------
         ReactionError
-            if the place is none of the system's, a body is on both sides of it, a constraint does not say where its forces act, or
-            redundant constraints leave the reaction undetermined
+            if the system does not contain the place, a body is on both sides of it, the forces of a constraint have no known
+            points, or redundant constraints leave the reaction undetermined
         """
         return reaction(self.solved, place, frame)
 
@@ -254,42 +285,44 @@ class Equations(Immutable):
 
     equilibrium_conditions = read[Exprs](
         lambda e: unsolved.equilibrium_conditions(e.solved),
-        "F̃_r at rest, one for each independent speed: what vanishes in equilibrium (Kane & Levinson 1985, sec. 6.5).",
+        "F̃_r at rest for each independent speed, which are zero in equilibrium (Kane & Levinson 1985, sec. 6.5).",
     )
 
     def steady_conditions(self, values: Mapping[Any, Any]) -> Exprs:
-        """F̃_r + F̃*_r at u̇ = 0, one for each independent speed: what vanishes in steady motion (Kane & Levinson 1985, sec. 6.6).
+        """F̃_r + F̃*_r at u̇ = 0 for each independent speed, which are zero in steady motion (Kane & Levinson 1985, sec. 6.6).
 
         Parameters
         ----------
-        values : of some coordinates and speeds, by symbol or name, numbers or expressions of parameters
+        values : constant values of some coordinates and speeds, by symbol or name: numbers or expressions of parameters
 
         Raises
         ------
         ValueMissingError
-            if a value is given for something else
+            if a value is given for anything else
         """
         return unsolved.steady_conditions(self.solved, values)
 
     # Energies, momenta, integrals (Kane & Levinson 1985, ch. 5, sec. 6.8, 7.1 to 7.4) --------------------------------------
 
-    kinetic_energy = read[Expr](lambda e: energy.whole_kinetic_energy(e.solved), "K = ½ Σ m v·v + ω·I·ω.")
+    kinetic_energy = read[Expr](
+        lambda e: energy.whole_kinetic_energy(e.solved), "Kinetic energy K = ½ Σ (m v·v + ω·I·ω)."
+    )
     kinetic_energy_parts = read[KineticParts](
         lambda e: energy.kinetic_energy_parts(e.bodies, e.speeds),
-        "K₂, K₁ and K₀, of degree 2, 1 and 0 in the speeds; K₂ = ½ Σ M_rs u_r u_s. Their sum is K.",
+        "The terms K₂, K₁ and K₀ of K that have the degree 2, 1 and 0 in the speeds; K₂ = ½ Σ M_rs u_r u_s.",
     )
     potential_energy = read[Expr](
         lambda e: energy.potential_energy(e.loads),
-        "V, the sum of the loads' potentials; gravity's is zero at the root point's height.",
+        "Potential energy V: the sum of the potentials of the loads; that of gravity is zero at the height of the root point.",
     )
-    energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "E = K + V.")
+    energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "Total energy E = K + V.")
     power = read[Expr](
         lambda e: energy.power(e.solved),
-        "P with dE/dt = P: the power of the loads without a potential and of prescribed motions.",
+        "Power P of the loads without potential and of prescribed motions: dE/dt = P.",
     )
     load_powers = read[Mapping[Load, Expr]](
         lambda e: energy.load_powers(e._shown, dict(zip((*e.system.gravities, *e.system.loads), e.loads, strict=True))),
-        "Σ F·v + Σ T·ω of each load, by the load or its name.",
+        "The power Σ F·v + Σ T·ω of each load, by the load or its name.",
     )
     gibbs_function = read[Expr](
         lambda e: energy.gibbs_function(e.bodies),
@@ -297,51 +330,58 @@ class Equations(Immutable):
     )
     Fr_star_by_energy = read[Exprs](
         lambda e: energy.inertia_forces_by_energy(e._shown),
-        "F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr: a second way to the generalized inertia forces of all speeds.",
+        "F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr: the generalized inertia forces of all speeds from K.",
     )
     generalized_momenta = read[Exprs](
-        lambda e: energy.generalized_momenta(e.bodies, e.speeds), "p_r = Σ m v_r·v + ω_r·I·ω, one a speed."
+        lambda e: energy.generalized_momenta(e.bodies, e.speeds),
+        "Generalized momenta p_r = Σ (m v_r·v + ω_r·I·ω), one for each speed.",
     )
     generalized_momenta_nh = read[Exprs](
         lambda e: energy.generalized_momenta(e.solved.nonholonomic.bodies, e.independent_speeds),
-        "Σ m ṽ_r·v + ω̃_r·I·ω, one for each independent speed.",
+        "Nonholonomic generalized momenta Σ (m ṽ_r·v + ω̃_r·I·ω), one for each independent speed.",
     )
     conjugate_momenta = read[Exprs](
-        lambda e: energy.conjugate_momenta(e._shown), "p_s = ∂K/∂q̇_s, one a coordinate, in speeds."
+        lambda e: energy.conjugate_momenta(e._shown),
+        "Conjugate momenta p_s = ∂K/∂q̇_s, one for each coordinate, in speeds.",
     )
     cyclic_coordinates = read[tuple[Coordinate, ...]](
         lambda e: energy.cyclic_coordinates(e._shown),
-        "Coordinates on which neither K nor forces nor constraints depend, and along which none acts: their momenta are constant.",
+        "Coordinates on which neither K nor forces nor constraints depend, without a generalized force: their momenta are constant.",
     )
     central_angular_momentum = read[Vector](
-        lambda e: energy.central_angular_momentum(e.bodies), "Σ I·ω + r × m v about the mass centre."
+        lambda e: energy.central_angular_momentum(e.bodies),
+        "Central angular momentum Σ (I·ω + r × m v), about the mass centre of the system.",
     )
     integrals = read[tuple[Integral, ...]](
         lambda e: integrals(e.solved),
-        "Integrals of the equations of motion, each with its name, value and reason: energy, Hamiltonian, momenta, speeds.",
+        "Integrals (constants) of the motion, each with name, expression and reason: energy, Hamiltonian, momenta, speeds.",
     )
 
     def find_potential(self, loads: Sequence[Any] | None = None) -> FoundPotential:
-        """V found from F_r = −Σ_s ∂V/∂q_s W_sr, whatever the speeds, also under constraints (Kane & Levinson 1985, sec. 5.1).
+        """A potential energy V of loads, by integration of F_r = −Σ_s ∂V/∂q_s W_sr (Kane & Levinson 1985, sec. 5.1).
 
         Parameters
         ----------
-        loads : some of the system's loads, themselves or by name; all of them if left out
+        loads : loads of the system, or their names; by default all
 
         Returns
         -------
         FoundPotential
-            `.value` is V, and `.how` says how it was integrated
+            `.value` is V; `.how` describes the integration
 
         Raises
         ------
         PotentialError
-            if there is none, or none was found: says which forces depend on rates, or which coordinates' derivatives disagree where
+            if no potential exists or none is found; the message names forces that depend on rates, or the coordinates whose cross
+            derivatives differ, and where
         """
         return find_potential(self.derived, loads)
 
     def generalized_impulses(self, impulses: Sequence[Impulse]) -> Exprs:
-        """I_r = Σ v_r·∫F dt + ω_r·∫T dt, one a speed, of impulses (point, vector) and impulses of torques (frame, vector)."""
+        """Generalized impulses I_r = Σ (v_r·∫F dt + ω_r·∫T dt), one for each speed.
+
+        `impulses` are pairs (point, ∫F dt) and (frame, ∫T dt), with vectors in N s and N m s.
+        """
         return energy.generalized_impulses(self.derived, impulses)
 
     def mass_center(self, origin: Point) -> Vector:
@@ -349,45 +389,45 @@ class Equations(Immutable):
         return energy.mass_center(self.bodies, origin)
 
     def linear_momentum(self) -> Vector:
-        """Σ m v."""
+        """Linear momentum Σ m v of the system."""
         return energy.linear_momentum(self.bodies)
 
     def angular_momentum(self, about: Point) -> Vector:
-        """Σ I·ω + r × m v about a point fixed in the inertial frame."""
+        """Angular momentum Σ (I·ω + r × m v) of the system about a point fixed in the inertial frame."""
         return energy.angular_momentum(self.bodies, about)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 
     def time_derivative(self, e: Any) -> Expr:
-        """de/dt along the motion: q̇ = W u + X, u̇ as the leaves u'."""
+        """de/dt of an expression along the motion, with q̇ = W u + X; the accelerations u̇ stay symbols u'."""
         return time_derivative(self.derived, as_expr(e))
 
     def in_speeds(self, e: Any) -> Expr:
-        """The expression with every rate q̇ written in speeds, and every q̈ in u̇."""
+        """The expression with each rate q̇ written in speeds, and each q̈ in speeds and u̇."""
         return without_rates(self.derived, as_expr(e))
 
     def unit(self, e: Any) -> str:
-        """The unit of an expression, such as "m/s^2", "" where it is unknown; a speed that declares none has its definition's."""
+        """The unit of an expression, such as "m/s^2"; "" if unknown. A speed declared without a unit has that of its definition."""
         return unit_in(self.system, as_expr(e))
 
     @by_keyword
     def evaluate(self, exprs: Any, state: State | Any | None = None, **values: Unpack[StateValues]) -> Any:
-        """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a `kn.State`, or values by keyword.
+        """Numerical values of an expression, a name, Vector, Dyadic or Matrix, or of a list of these, at a state.
 
-        Or at the states of a Dataset, as `kn.assemble` gives it of arrays.
-
-        Measure numbers are along the inertial frame, those of a vector the last axis, those of a dyadic or matrix the last two.
-        Rates become W u + X, accelerations u̇ and reactions their solved values, dependent speeds that are not given A_n u_I + b_n.
-        Values may be arrays (they broadcast); parameters and states not given take their defaults.
+        The state is a `kn.State`, or its values are given by keyword, which may be arrays that broadcast, or a Dataset of states, as
+        `kn.assemble` returns for arrays; axes of states come first in the result. Parameters and further states left out take their
+        defaults, dependent speeds left out are A_n u_I + b_n. Rates in `exprs` have the values W u + X, accelerations u̇ and reactions
+        those that the equations give. Vectors are written along the inertial frame, with the measure numbers in the last axis;
+        dyadics and matrices take the last two.
 
         Raises
         ------
         SimulationError
-            if dependent speeds are given that miss the constraints; of arrays a warning names the first such place
+            if given dependent speeds violate the constraints; for arrays, a warning names the first such entry instead
         SingularError
-            if the values are divided by a pivot that vanishes at this state: the dependent speeds of `dependent_speeds` do not follow
-            there. Or if constraints left out as redundant hold something at this state, on another branch than those compared. Of
-            arrays a warning names the first such place, and the values there are NaN
+            if the constraints do not determine `dependent_speeds` at this state (a pivot is zero), or if constraints in
+            `redundant` are independent of the others there, on another branch than those examined. For arrays, a warning names the
+            first such entry instead, and its values are NaN
         """
         if hasattr(state, "data_vars"):
             kinds = columns_of(self, state)
@@ -396,35 +436,37 @@ class Equations(Immutable):
 
     inverse_dynamics = read[Exprs](
         lambda e: unsolved.inverse_dynamics(e.solved),
-        "M u̇ − f in u̇: the generalized forces that a motion wants besides the loads; of trees by recursion.",
+        "M u̇ − f as functions of the state and u̇: the generalized forces that a motion needs in addition to the loads.",
     )
     centroidal_momentum_matrix = read[Matrix](
         lambda e: unsolved.centroidal_momentum_matrix(e.solved),
-        "A_G (6 × n): Σ m v, then the angular momentum about the mass centre, along the inertial frame, per unit of each speed.",
+        "A_G (6 × n): linear, then central angular momentum along the inertial axes, per unit of each speed.",
     )
 
     def operational_inertia(self, place: Point | Frame, along: Sequence[Vector] | None = None) -> Matrix:
-        """Λ = (J M⁻¹ Jᵀ)⁻¹: the force at a point along each axis per unit of acceleration; of a frame torque and angular acceleration.
+        """Operational-space inertia Λ = (J M⁻¹ Jᵀ)⁻¹ of a point: force per unit of acceleration; of a frame: torque per α.
 
-        Without `along` the axes are those of the inertial frame. Axes must be independent: a SingularError where they never are.
+        `along` holds the unit vectors to measure along, by default the inertial axes. Raises a SingularError if the motions along
+        them are dependent in every configuration.
         """
         return unsolved.operational_inertia(self.solved, place, along)
 
     def operational_mobility(self, place: Point | Frame, along: Sequence[Vector] | None = None) -> Matrix:
-        """Λ⁻¹ = J M⁻¹ Jᵀ, which exists along any axes."""
+        """The inverse of `operational_inertia`, Λ⁻¹ = J M⁻¹ Jᵀ, which exists along any axes."""
         return unsolved.operational_mobility(self.solved, place, along)
 
     def jacobian(self, by: Any = "state") -> Jacobian:
-        """The derivatives of the right-hand side (q̇, u̇, ȧ), exact, with their pattern.
+        """The exact derivatives of the right-hand side ẋ = (q̇, u̇, ȧ) as expressions, with their sparsity pattern.
 
         Parameters
         ----------
-        by : "state" (all coordinates, all speeds, then further states), "inputs", "parameters", "time", or a list of symbols and names
+        by : what to differentiate with respect to: "state" (all coordinates, all speeds, then further states), "inputs",
+            "parameters", "time", or a list of symbols and names
 
         Raises
         ------
         ValueMissingError
-            if a name is none of the system's
+            if the system has no symbol of a given name
         """
         return jacobian(self.solved, by)
 
@@ -437,12 +479,12 @@ class Equations(Immutable):
         inputs: Mapping[Any, Any] | None = None,
         t: Any = 0.0,
     ) -> dict[Speed, Any]:
-        """u = Y q̇ + z at numbers: the generalized speeds of a motion known by the rates of its coordinates."""
+        """Numerical values of the generalized speeds u = Y q̇ + z, by symbol, for given coordinates `q` and their `rates`."""
         return speeds_from_rates(self.derived, q, rates, parameters, inputs, t)
 
     @by_keyword
     def reaction_condition(self, state: State | None = None, **values: Unpack[StateValues]) -> npt.NDArray[np.float64]:
-        """Reciprocal condition number (2-norm) of the matrix that the reactions are solved from; 1 without reactions."""
+        """Reciprocal condition number (2-norm), at a state, of the matrix of the equations for the reactions; 1 without reactions."""
         if not self.reactions:
             return np.ones(())
         return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, state, **values)))
@@ -460,28 +502,28 @@ class Equations(Immutable):
         not_finite: NotFinite = "warn",
         optimize: bool = True,
     ) -> Compiled:
-        """Machine code of the equations, through LLVM; no compiler is needed on the machine.
+        """Compile the equations to machine code by LLVM, which needs no installed compiler.
 
         Parameters
         ----------
         eom : Equations
-        name : what the emitted functions are called after
-        outputs : expressions, vectors, matrices by name, for `Compiled.outputs`
-        parameters : values by symbol or name that replace defaults where a call gives no p
-        contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False rounds each operation of the
-            expressions by itself, so that those of + − × ÷ √ are NumPy's bit by bit
-        cpu : "host", or "generic" for what every processor of this kind has
-        features : what to add to "generic", as LLVM calls it: "+avx2,+fma"
-        cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
-        not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
-        optimize : rewrite to fewer operations, nearly as exact, where `contract` lets results round in another way
+        name : prefix of the names of functions that `Compiled.emit` prints
+        outputs : expressions, vectors and matrices by name, to be evaluated by `Compiled.outputs`
+        parameters : values by symbol or name that replace the default values in calls without p
+        contract : allow a·b + c with one rounding (FMA), and one reciprocal for several divisions by the same divisor. With False
+            each operation is rounded by itself, so that + − × ÷ √ agree with NumPy bit by bit
+        cpu : "host", or "generic" for the instructions that all processors of this architecture have
+        features : processor features in addition to "generic", by LLVM's names: "+avx2,+fma"
+        cache : keep the code in the user's cache folder for later runs (see `KANE_CACHE`)
+        not_finite : "warn", "raise" or "ignore": what to do if a result is infinite or NaN
+        optimize : rewrite expressions to fewer operations, with nearly the same accuracy; takes effect with `contract`
 
         Raises
         ------
         ValueMissingError
-            if `parameters` names something else
+            if `parameters` contains a name that is not a parameter of the system
         ProgramError
-            if the code could not run on this processor
+            if this processor cannot run the code
         """
         settings = Settings(contract, cpu, features, cache, optimize)
         return compiled(eom, name, outputs, parameters, settings, not_finite)
@@ -489,7 +531,7 @@ class Equations(Immutable):
     _numeric = read[dict[Settings, "Numeric[Equations]"]](lambda e: {}, "What was compiled, by settings.")
 
     def numeric(self, settings: Settings | None = None) -> Numeric[Equations]:
-        """What motions and analyses compile of these equations with `settings`, kept with them."""
+        """The compiled routines that motions and analyses of these equations share, for given `settings`."""
         key = _SETTINGS if settings is None else settings
         expect.instance(key, Settings, "kn.Settings(…) as settings", error=ArgumentError)
         found = self._numeric.get(key)
@@ -522,33 +564,33 @@ def check_equations(eom: object) -> None:
 def derive(
     system: System, *, near: Mapping[Any, Any] | Sequence[float] | None = None, route: str | None = None
 ) -> Equations:
-    """Equations of motion of `system` by Kane's method, by the route that takes the fewest operations.
+    """Derive the equations of motion of `system` by Kane's method, and solve them by the route with the fewest operations.
 
-    M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6),
-    solved together for u̇ and the reactions R. Constraints A u + b = 0 are embedded: the independent speeds are solved for, the
-    dependent ones follow. Which these are, and which constraints follow from others, is decided by numbers at configurations that
-    satisfy the constraints, several on every branch that is found, parameters at their defaults.
+    M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6) are
+    solved together for u̇ and the reactions R. Constraints A u + b = 0 are embedded: the equations are solved for the independent
+    speeds, which determine the dependent ones. Dependent speeds, and constraints that are redundant, are chosen numerically at
+    several configurations on each branch found that satisfies the constraints, with parameters at their defaults.
 
     Parameters
     ----------
     system : System
-    near : coordinates, by symbol or name, where the motion is, if the mechanism has other branches, and values of parameters, inputs
-        and t that its constraints depend on: only configurations around the nearest one then decide
-    route : "classical" (M assembled and factored) or, of trees, "recursive" (articulated inertias, in a number of operations that
-        grows as they do) or "composite" (composite inertias, shorter along short branches); by default the one with the fewest
-        operations: `eom.route` says which, `eom.routes` the operations of those that were compared
+    near : approximate coordinates of the motion, by symbol or name, if a mechanism has several branches, and values of parameters,
+        inputs and t that its constraints contain. The choice is then made at configurations around the nearest one alone
+    route : "classical" (M is assembled and factored) or, for trees of bodies, "recursive" (articulated inertias; the number of
+        operations grows linearly with the number of bodies) or "composite" (composite inertias; shorter for short branches). By
+        default that with the fewest operations: `eom.route` names it, `eom.routes` has the operations of those compared
 
     Raises
     ------
     SpeedsError
         if the generalized speeds do not determine the rates
     ReactionError
-        if a reaction enters nonlinearly, or its direction is free already
+        if a reaction enters nonlinearly, or the system can already move in its direction
     ModelError
-        if a speed moves no mass, or a constraint is not affine in the rates or holds nothing, or cannot be satisfied `near` the place;
-        or the system is none that the `route` expresses
+        if a speed moves no mass; if a constraint is not affine in the rates, restricts no motion, or cannot be satisfied near
+        `near`; or if `route` is not applicable to the system
     ValueMissingError
-        if `near` names something else
+        if `near` contains an unknown name
     """
     cure = "Gather bodies and speeds in kn.System(…)."
     expect.instance(system, System, "a System to derive equations of", cure)

@@ -70,11 +70,11 @@ def _standing(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Jacobian(Immutable):
-    """∂ẋ/∂(columns) of ẋ = (q̇, u̇, ȧ) as functions of all coordinates, all speeds, time, inputs and parameters.
+    """Exact derivatives of ẋ = (q̇, u̇, ȧ), as functions of the state, time, inputs and parameters, from `eom.jacobian`.
 
-    `matrix` holds the expressions; `rows` are q̇, u̇ and ȧ, `columns` what they are differentiated by. Where there are constraints, u̇ of
-    all speeds are differentiated as they stand, each as a function of the whole state: along motions that the constraints allow,
-    J δx is what the flow on them does.
+    `matrix` holds the expressions, `rows` the rates q̇, u̇ and ȧ, `columns` the symbols that they are differentiated with respect
+    to. Under constraints, u̇ of all speeds are functions of the whole state, dependent coordinates and speeds included: for
+    perturbations δx that satisfy the linearized constraints, J δx is the perturbation of ẋ.
     """
 
     rows: tuple[Symbol, ...]
@@ -84,27 +84,27 @@ class Jacobian(Immutable):
 
     @by_keyword
     def at(self, state: State | None = None, **values: Unpack[StateValues]) -> npt.NDArray[np.float64]:
-        """Numbers at a state, as `Equations.evaluate` takes it; values may be arrays, whose axes come first.
+        """Numerical values (…, rows, columns) at a state, given as for `Equations.evaluate`; the axes of arrays come first.
 
         Raises
         ------
         SingularError
-            where the right-hand side has no value
+            if the right-hand side is not defined at the state
         CornerError
-            where a switch (|x|, max, where, …) stands at zero whose sides have other derivatives
+            if a switch (|x|, max, where, …) is at its corner there, with different derivatives on its two sides
         """
         return at_state(self.solved, self.matrix, state_of(state, **values))
 
     @read
     def pattern(self) -> npt.NDArray[np.bool_]:
-        """Which entries are not zero whatever the state (rows × columns)."""
+        """The sparsity pattern (rows × columns): True for entries that are not identically zero."""
         result = np.array([x is not ZERO for x in self.matrix.entries], dtype=bool).reshape(self.matrix.shape)
         result.flags.writeable = False
         return result
 
     @property
     def entries(self) -> Mapping[tuple[Symbol, Symbol], Expr]:
-        """The entries of the pattern, by row and column."""
+        """The entries that are not identically zero, by the symbols of row and column."""
         places = np.argwhere(self.pattern).tolist()
         return {(self.rows[i], self.columns[j]): self.matrix[i, j] for i, j in places}
 

@@ -33,7 +33,7 @@ by_keyword = expect.keywords(*StateValues.__annotations__)
 
 @dataclass(frozen=True, slots=True)
 class Guess(Attributes):
-    """A value near which one is solved for."""
+    """An initial guess of a value to be solved for, from `kn.guess`."""
 
     value: float
 
@@ -42,25 +42,25 @@ class Guess(Attributes):
 
 
 def guess(value: float) -> Guess:
-    """A start value that assembly may move: `q={q1: 1.2, q2: kn.guess(-1)}`. It also says which branch of the closure is meant."""
+    """An initial guess in place of a fixed value: `q={q1: 1.2, q2: kn.guess(-1)}`; it also selects the branch of a closed loop."""
     return Guess(finite_number("guess", "assembly", value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State(Attributes):
-    """Values of coordinates, speeds, further states, parameters and inputs, at a time.
+    """Values of coordinates, speeds, further states, parameters and inputs at a time t.
 
-    Whatever takes `q=`, `u=`, `states=`, `parameters=`, `inputs=` and `t=` takes a State in their place: `kn.linearize(eom, state)`,
-    `eom.evaluate(e, state)`, `kn.simulate(eom, span, start=state)`. A group that is left out of it counts as a keyword that is left
-    out, and a function leaves aside what it has no use for. `kn.trim`, `kn.equilibrium` and `kn.analysis.continuation` give complete
-    States, by symbol.
+    Functions with the keywords `q=`, `u=`, `states=`, `parameters=`, `inputs=` and `t=` accept a State instead:
+    `kn.linearize(eom, state)`, `eom.evaluate(e, state)`, `kn.simulate(eom, span, start=state)`. A group left out of the State
+    counts as a keyword left out; functions ignore groups that they do not need. `kn.trim`, `kn.equilibrium` and
+    `kn.analysis.continuation` return complete States, by symbol.
 
     Attributes
     ----------
-    q, u, states : coordinates, speeds and further states, by symbol or name, or in the order of the equations; 0 for all at zero,
-        `kn.guess(value)` where a value may move, arrays where many are evaluated
-    parameters, inputs : by symbol or name; of an input, where a motion starts, also the law that it follows
-    t : the time, in s; a motion must begin there where it is not 0
+    q, u, states : coordinates, speeds and further states, by symbol or name, or as a sequence in the order of the equations; 0
+        sets all to zero. `kn.guess(value)` is an initial guess; arrays hold many states
+    parameters, inputs : values by symbol or name; where a motion starts, an input may also have the law that it follows
+    t : the time (s); a simulation must start at this time unless it is 0
     """
 
     q: Any = None
@@ -80,7 +80,7 @@ class State(Attributes):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """The values as keyword arguments: q, u, parameters, inputs; t where it is not 0, states if any."""
+        """The values as a dict of keyword arguments: q, u, parameters, inputs; t unless it is 0; states if given."""
         rest = {"t": self.t} if _is_later(self.t) else {}
         if _given(self.states):
             rest["states"] = self.states
@@ -88,13 +88,13 @@ class State(Attributes):
 
     @property
     def in_order(self) -> tuple[Any, Any, Any, Any, Any, Any]:
-        """The values as evaluation takes them: q, u, parameters, inputs, t, states."""
+        """The values as a tuple (q, u, parameters, inputs, t, states)."""
         return self.q, self.u, self.parameters, self.inputs, self.t, self.states
 
     def replace(self, *, t: float | None = None, **groups: Mapping[Any, Any]) -> "State":
-        """The state with some values changed, by symbol or name: `state.replace(inputs={"T": 2}, parameters={m: 1.5})`.
+        """A copy of the state with some values changed, by symbol or name: `state.replace(inputs={"T": 2}, parameters={m: 1.5})`.
 
-        A steady motion that is changed need not be one any more: what takes it checks it.
+        The copy of a steady motion is not, in general, a steady motion; functions that need one check it.
         """
         strange = groups.keys() - set(GROUPS)
         expect.none(strange, f"some of {', '.join(GROUPS)}, t to replace", error=ValueMissingError)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 0: the scalar expression graph."""
+"""Scalar expressions: symbols, derivatives, tables, operations, series."""
 
 from typing import TYPE_CHECKING
 

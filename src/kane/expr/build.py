@@ -526,6 +526,22 @@ NODE_BUILDERS |= {build.__name__: build for build in (add, sub, mul, div, neg, s
 }
 
 
+_ANGLE = "`{}` of an expression or a number, an angle in rad."
+_TEXTS = {
+    **{name: _ANGLE.format(name) for name in ("sin", "cos", "tan")},
+    **{name: f"`{name}` of an expression or a number: an angle in rad." for name in ("asin", "acos", "atan")},
+    "atan2": "`atan2(y, x)`: the angle in rad, from −π to π, of the direction (x, y).",
+    "log": "Natural logarithm of an expression or a number.",
+    "abs": "|x| of an expression or a number.",
+    "sign": "`sign(x)`: 1 for x > 0, −1 for x < 0, 0 at 0.",
+    "min": "`min(a, b)`: the smaller of two expressions or numbers.",
+    "max": "`max(a, b)`: the larger of two expressions or numbers.",
+    "less": "`less(a, b)`: the condition a < b, for `where`.",
+    "where": "`where(less(a, b), x, y)`: x where a < b, else y.",
+}
+"""Docstrings of functions whose arguments or values need one."""
+
+
 def accepting_numbers(name: str) -> Callable[..., Expr]:
     """The function that users call, of expressions or numbers."""
     build, arity = NODE_BUILDERS[name], OPS[name].arity
@@ -536,7 +552,7 @@ def accepting_numbers(name: str) -> Callable[..., Expr]:
         return build(*[as_expr(a) for a in args])
 
     public.__name__ = public.__qualname__ = name
-    public.__doc__ = f"`{name}` of expressions or numbers."
+    public.__doc__ = _TEXTS.get(name, f"`{name}` of an expression or a number.")
     return public
 
 

@@ -143,7 +143,7 @@ def leaves(roots: Iterable[Expr], symbols: Expr | str | Iterable[Expr | str]) ->
 
 
 def gradient(root: Expr, symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
-    """All ∂root/∂symbol in one reverse sweep."""
+    """∂root/∂symbol for all `symbols`, by reverse-mode differentiation."""
     wanted = leaves([root], symbols)
     own = as_expr(root)
     if any(node.op in _CHOICES for node in postorder((own,))):  # backwards, 0 times infinity would be met
@@ -200,7 +200,7 @@ def _moves(node: Expr) -> bool:
 
 
 def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr | str]) -> Matrix:
-    """Matrix of ∂roots[i]/∂symbols[j]: by columns where there are fewer symbols than roots, else by rows."""
+    """The matrix J[i, j] = ∂roots[i]/∂symbols[j], by forward or reverse mode, whichever has fewer sweeps."""
     roots = as_exprs("the functions of a Jacobian matrix", roots)
     symbols = leaves(roots, symbols)
     if len(roots) < len(symbols):
@@ -225,7 +225,7 @@ def _leaf_rate(leaf: Expr) -> Expr:
 
 
 def time_derivative(root: Expr) -> Expr:
-    """Total derivative d/dt in the rates of coordinates, speeds, states and inputs."""
+    """Total time derivative of an expression; the rates q', u', … of coordinates, speeds, states and inputs are symbols in it."""
     return tangent(as_expr(root), _leaf_rate)
 
 
@@ -250,12 +250,12 @@ Affine = tuple[dict[Expr, Expr], Expr]
 
 
 def affine(root: Expr, symbols: Iterable[Expr]) -> Affine:
-    """Coefficients and remainder of `root` in `symbols`.
+    """The coefficients c (by symbol) and the remainder r of an affine expression: `root` = Σ c[s] s + r.
 
     Raises
     ------
     NotAffineError
-        if `root` is not affine in them; the message shows the subexpression at fault.
+        if `root` is not affine in `symbols`; the message shows the nonlinear subexpression
     """
     if isinstance(symbols, Expr) or not isinstance(symbols, Iterable):
         raise ExpressionError(f"Expected a list of symbols, got {cut(repr(symbols))}. Write [{cut(symbols)}].")

@@ -317,10 +317,10 @@ def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Referenc
 
 
 def evaluate(exprs: Any, values: Values) -> Any:
-    """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays, by symbol or name.
+    """Values of an expression, or of a sequence or Matrix of expressions, for given values of their symbols.
 
-    Those of a sequence all have the broadcast shape. Parameters and states without a value take their default; any other symbol
-    without one is a `ValueMissingError`, and so is a name, or another symbol of the name, of none of their symbols.
+    `values` maps symbols or names to numbers, or to arrays that broadcast; all results then have the broadcast shape. Parameters and
+    states left out take their defaults. A ValueMissingError names any other symbol without a value, and a name that is unknown.
     """
     if isinstance(exprs, Matrix):
         return stacked(evaluate(exprs.entries, values), exprs.shape)
@@ -387,7 +387,7 @@ def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
 
 
 def free_symbols(roots: Expr | Iterable[Expr]) -> Symbols[Symbol]:
-    """The symbols below an expression, or below several, in the order of their first appearance."""
+    """The symbols that occur in one or several expressions, in the order of their first appearance."""
     seen: set[Expr] = set()
     found: list[Symbol] = []
     waiting = [roots] if isinstance(roots, Expr) else list(as_exprs("what holds symbols", roots))[::-1]
@@ -422,10 +422,10 @@ def is_constant_in_time(exprs: Iterable[Expr]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Operations(Attributes):
-    """What one evaluation costs: + − × ÷ √ and each transcendental count 1; changes of sign, |x|, comparisons and choices 0.
+    """Number of operations of one evaluation: + − × ÷ √ and each transcendental function count 1; sign changes, |x|, comparisons 0.
 
-    `parameter` holds what depends on parameters alone and can be computed once; `state` the rest. Nodes of constants
-    only are folded before counting.
+    `parameter` counts operations on parameters alone, which can be done once, `state` all others, `by_operation` each kind.
+    Operations on constants alone are carried out beforehand and not counted.
     """
 
     parameter: int
@@ -434,7 +434,7 @@ class Operations(Attributes):
 
     @property
     def total(self) -> int:
-        """Parameter and state tier together: what every limit binds."""
+        """The sum of `parameter` and `state`."""
         return self.parameter + self.state
 
     def __str__(self) -> str:
@@ -447,7 +447,7 @@ _CONSTANT, _PARAMETER, _STATE = range(3)
 
 
 def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
-    """Operations of one evaluation of all `roots` together, each shared node once."""
+    """Number of operations of one evaluation of all `roots` together; a shared subexpression counts once."""
     wanted = [roots] if isinstance(roots, Expr) else as_exprs("what is counted", roots)
     tier: dict[Expr, int] = {}
     totals = [0, 0, 0]

@@ -86,18 +86,18 @@ class Matrix(Attributes):
 
     @classmethod
     def column(cls, entries: Sequence[Any]) -> Matrix:
-        """A matrix of one column."""
+        """A column matrix with these entries."""
         return cls([(x,) for x in entries], (len(entries), 1))
 
     def take(self, rows: Sequence[int] | None = None, columns: Sequence[int] | None = None) -> Matrix:
-        """The rows and columns of these numbers, in this order; all of them where none are named."""
+        """The submatrix of rows and columns with these indices, in this order; None takes all of them."""
         chosen = self.rows if rows is None else [self.rows[i] for i in rows]
         if columns is None:
             return Matrix._of(chosen, (len(chosen), self.shape[1]))
         return Matrix._of([[row[j] for j in columns] for row in chosen], (len(chosen), len(columns)))
 
     def mirrored(self) -> Matrix:
-        """The symmetric matrix with the lower triangle of this one."""
+        """The symmetric matrix that has the same lower triangle as this one."""
         n = range(self.shape[0])
         return Matrix._of([[self.rows[max(i, j)][min(i, j)] for j in n] for i in n], self.shape)
 

@@ -44,7 +44,7 @@ def _dt(self: Expr) -> Expr:
 
 setattr(Expr, "dt", property(_dt, doc="Total time derivative."))  # noqa: B010
 for _kind in (Coordinate, Speed, StateVariable, Input):
-    setattr(_kind, "dt", property(rate, doc="Its rate leaf."))  # noqa: B010
+    setattr(_kind, "dt", property(rate, doc="The symbol for its time derivative."))  # noqa: B010
 
 
 sqrt, sin, cos, tan = map(BUILDERS.__getitem__, ("sqrt", "sin", "cos", "tan"))

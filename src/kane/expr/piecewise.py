@@ -417,7 +417,7 @@ _LEAST = {"linear": 2, "cubic": 3, "periodic": 4, "steps": 1}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table(Attributes):
-    """A function through points: of an expression it is an expression, of numbers their values."""
+    """A function through points, from `kn.table`: called with an expression it gives an expression, with numbers its values."""
 
     op: Piecewise
     points: tuple[Numbers, Numbers]
@@ -442,23 +442,23 @@ class Table(Attributes):
 def table(
     x: Sequence[float], y: Sequence[float], kind: Kind = "linear", *, name: str = "table", unit: str = "", of: str = ""
 ) -> Table:
-    """A function through the points (x, y), to be called with an expression: `pressure = kn.table(x, y, "periodic"); pressure(q1)`.
+    """A function of one variable through the points (x, y): `pressure = kn.table(x, y, "periodic")`, then `pressure(q1)`.
 
-    It is part of the equations like any function: its derivatives are exact, and it runs in compiled and emitted code.
+    Called with an expression it gives an expression. Its derivatives are exact, and it is part of compiled and emitted code.
 
     Parameters
     ----------
-    x, y : increasing places, and the values there
-    kind : "linear": straight from point to point, with corners at which linearizations ask for a side; "cubic": the spline that is
-        twice continuously differentiable; "periodic": the same, going round, so that the last value is the first one; "steps": the
-        value of the last point passed. Before the first and beyond the last point a table keeps its value there.
-    name : what it is called in print
-    unit, of : the units of values and of the argument, which are then checked
+    x, y : arguments in increasing order, and the values at them
+    kind : "linear": straight lines between points; where one of the corners is linearized about, `kn.linearize` needs `side=`.
+        "cubic": a twice continuously differentiable spline. "periodic": such a spline with the period x[-1] − x[0], y[-1] = y[0].
+        "steps": the value of the last point that is ≤ x. Outside the points a table keeps the value at its end, unless periodic
+    name : its name in printed expressions, an identifier
+    unit, of : units of the values and of the argument; if they are given, they are checked
 
     Raises
     ------
     ExpressionError
-        if points are missing, not finite or not in order, or values of a periodic table do not go round
+        if there are too few points, points are not finite or not in increasing order, or y[-1] ≠ y[0] in a periodic table
     """
     places, values = _points(x, y, kind)
     told: dict[str, Any] = {"name": name, "unit": unit, "of": of}

@@ -28,7 +28,7 @@ def _is_text(x: object) -> bool:
 
 
 class Symbol(Expr):
-    """A named leaf of expressions. `place` is what the declaration belongs to (a Rate's coordinate, a Reaction's point)."""
+    """A named scalar in expressions. `place` is the object that it refers to: the coordinate of a Rate, the point of a Reaction."""
 
     __slots__ = ("default", "description", "name", "place", "unit")
 
@@ -44,7 +44,7 @@ class Symbol(Expr):
     def declare(
         cls, name: str, default: float | None = None, unit: str = "", description: str = "", place: Hashable = None
     ) -> Self:
-        """The one symbol with this declaration."""
+        """The symbol with this declaration: equal declarations give the same object."""
         if type(name) is type(unit) is type(description) is str and (default is None or type(default) is float):
             known = _table.get((SYMBOL, cls, name, default, unit, description, place))
             if known is not None:  # it has been checked then
@@ -114,13 +114,13 @@ class Reaction(Symbol):
 
 
 class Input(Symbol):
-    """A value given from outside as a function of time: a motor torque, a prescribed force."""
+    """A value that is prescribed from outside the system: a motor torque, a force, a motion."""
 
     __slots__ = ()
 
 
 class StateVariable(Symbol):
-    """A further state a beside q and u: an activation, a current, an integral. `System(states={a: …})` says its rate."""
+    """A state a beside q and u: an activation, a current, an integral. `System(states={a: …})` declares its rate."""
 
     __slots__ = ()
 
@@ -198,7 +198,7 @@ def per_second(text: str) -> str:
 
 
 def rate(symbol: Symbol) -> Rate:
-    """The leaf for the time derivative of a coordinate, speed, state or input."""
+    """The symbol for the time derivative of a coordinate, speed, state or input."""
     if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, StateVariable, Input, Rate, QuasiRate)):
         return Rate.declare(f"{symbol.name}'", None, per_second(symbol.unit), "", symbol)
     raise ExpressionError(
@@ -267,17 +267,20 @@ def _several(kind: type[S], text: str | Iterable[str], default: Any, unit: str, 
 
 
 def coordinates(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Coordinate, ...]:
-    """Coordinates by their names; always a tuple: `q1, q2 = coordinates("q1:3")`."""
+    """Generalized coordinates, always as a tuple: `q1, q2 = coordinates("q1:3")`, `x, y = coordinates("x y", unit="m")`.
+
+    `text` holds names separated by spaces or commas, a range with an excluded end, or a list of names.
+    """
     return _several(Coordinate, text, None, unit, description)
 
 
 def coordinate(name: str, unit: str = "", description: str = "") -> Coordinate:
-    """One coordinate."""
+    """One generalized coordinate; `unit` is that of its values, such as "rad" or "m"."""
     return Coordinate.declare(name, None, unit, description)
 
 
 def speeds(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Speed, ...]:
-    """Generalized speeds by their names; always a tuple."""
+    """Generalized speeds, always as a tuple; names as for `coordinates`."""
     return _several(Speed, text, None, unit, description)
 
 
@@ -289,28 +292,28 @@ def speed(name: str, unit: str = "", description: str = "") -> Speed:
 def parameters(
     text: str | Iterable[str], default: float | Iterable[float] | None = None, unit: str = "", description: str = ""
 ) -> tuple[Parameter, ...]:
-    """Parameters by their names, all with the same unit and description, and the same default or one each; always a tuple."""
+    """Parameters with the same unit and description, and one default value or one each, as a tuple; names as for `coordinates`."""
     return _several(Parameter, text, default, unit, description)
 
 
 def parameter(name: str, default: float | None = None, unit: str = "", description: str = "") -> Parameter:
-    """One parameter: a constant of the system, changeable without a new derivation."""
+    """One parameter: a constant of the system, whose value may be changed without a new derivation."""
     return Parameter.declare(name, default, unit, description)
 
 
 def inputs(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Input, ...]:
-    """Inputs by their names; always a tuple."""
+    """Inputs with the same unit and description, always as a tuple; names as for `coordinates`."""
     return _several(Input, text, None, unit, description)
 
 
 def input(name: str, unit: str = "", description: str = "") -> Input:
-    """One input: a function of time that is given when simulating."""
+    """One input, such as a motor torque: a value that `simulate` and other functions take as `inputs=`."""
     return Input.declare(name, None, unit, description)
 
 
 def state(name: str, default: float = 0.0, unit: str = "", description: str = "") -> StateVariable:
-    """One further state, such as a muscle's activation; motions begin at `default` where they are told no other value.
+    """One state beside coordinates and speeds, such as a muscle's activation; a motion starts at `default` unless a value is given.
 
-    Its rate is said by the system, `System(states={a: expression})`, so that it may hold the state itself.
+    The system declares its rate, `System(states={a: expression})`, which may depend on the state itself.
     """
     return StateVariable.declare(name, default, unit, description)

@@ -97,7 +97,7 @@ def rebuilt(node: Expr, args: Sequence[Expr]) -> Expr:
 
 
 def substitute(what: Any, replacements: Mapping[Any, Any]) -> Any:
-    """`what` with every key of `replacements` replaced, all at once; what does not change stays the same object.
+    """`what` with every key of `replacements` replaced by its value, all at once; returns `what` itself if nothing is replaced.
 
     Parameters
     ----------

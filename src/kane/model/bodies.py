@@ -35,8 +35,8 @@ from kane.space.vector import Dyadic, angular_velocity, check_connected
 class Part(NamedTuple):
     """What moves as one in the body `name`: a mass at a mass centre, and the frame of a central inertia dyadic, if it has any.
 
-    A point of a flexible body whose momentum is not m v has `momenta`: Σ μ v of these points, itself among them, where μ of P for Q is
-    that of Q for P, and the mass is Σ μ. The kinetic energy is then ½ Σ μ v^P·v^Q over all pairs.
+    A point of a flexible body whose momentum is not m v has `momenta`: Σ μ v of these points, itself among them, where μ of P for
+    Q is that of Q for P, and the mass is Σ μ. The kinetic energy is then ½ Σ μ v^P·v^Q over all pairs.
     """
 
     name: str
@@ -145,9 +145,9 @@ class Particle(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class RigidBody(Immutable):
-    """A rigid body: frame, mass centre, mass and central inertia dyadic.
+    """A rigid body: the frame fixed in it, its mass centre, mass (kg) and central inertia dyadic (kg m²).
 
-    `inertia=(dyadic, point)` takes the inertia about another point of the body; the body keeps the central one.
+    With `inertia=(dyadic, point)` the dyadic is the inertia about another point of the body; `inertia` is then the central one.
     """
 
     _other_names = MappingProxyType({"mass_center": "center com masscenter point", "inertia": "central_inertia"})

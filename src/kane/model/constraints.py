@@ -92,10 +92,11 @@ class ClosureBranch(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Constraint(Immutable):
-    """f = 0, with what a multiplier of one exerts.
+    """A constraint f = 0, with the forces and torques that its multiplier exerts per unit.
 
-    `unit` is that of the multiplier, `normal` that of the plane on which a body rolls; `own` is what ḟ has beyond its power;
-    `branch` tells the orientation that is meant from others at which f and its companions vanish too.
+    `expr` is f, `kind` "configuration" or "motion", `unit` that of the multiplier, and `normal` the normal of the plane for a
+    rolling body. `own` is the part of ḟ (or f) beyond the power of the forces and torques; `branch` distinguishes the intended
+    orientation from others that satisfy the same equations.
     """
 
     name: str
@@ -110,7 +111,7 @@ class Constraint(Immutable):
 
     @property
     def placed(self) -> bool:
-        """Whether it is known where the forces that hold it act."""
+        """Whether the constraint has forces or torques: whether the points and frames at which they act are known."""
         return bool(self.forces or self.torques)
 
     def __repr__(self) -> str:
@@ -177,16 +178,16 @@ def _check_rides(what: str, p: Point) -> None:
 
 
 def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: str = "") -> Constraints:
-    """Points `p` and `q` do not move apart along the given unit vectors: (r^p − r^q)·n = 0 for each n.
+    """Points `p` and `q` coincide along given unit vectors: configuration constraints (r^p − r^q)·n = 0, one for each n.
 
-    The multiplier is the force that `q`'s side exerts on `p` along n, at the point p: n turns with the frame it is written in,
-    which is the frame of `q`'s side (or the inertial one).
+    Write n in a frame of the body of `q`, or in the inertial frame: n turns with it. The multiplier is the force along n that the
+    body of `q` exerts on that of `p` at the point p.
 
     Parameters
     ----------
     p, q : the points
-    along : one unit vector or several, each fixed in the frame it is written in
-    name : by default "p = q"; directions are numbered
+    along : one unit vector, or several, each fixed in the frame that it is written in
+    name : by default "p = q"; several directions are numbered
     """
     _points("keep together", p, q)
     apart = p.position(q)
@@ -201,11 +202,11 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
 
 
 def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Constraint:
-    """A body's particle in contact stays in the plane through `ground` across `normal`: (r^p − r^ground)·n = 0.
+    """A body touches the plane through `ground` with the normal n: the configuration constraint (r^p − r^ground)·n = 0.
 
-    `p`, made with `fixed_in`, is where the body is nearest to the plane: as the place of contact wanders level, the height's rate is
-    the particle's velocity along n. `ground` and n are at rest, or fixed in the body that carries the plane. The multiplier is the
-    contact force on `p` along n.
+    `p`, made with `fixed_in`, is the particle of the body that is nearest to the plane. The point of contact moves parallel to the
+    plane, so that the rate of the constraint is the velocity of the particle along n. `ground` and n are at rest, or fixed in the
+    body that carries the plane. The multiplier is the contact force on `p` along n.
     """
     _points("touch", p, ground)
     (height,) = coincident(p, ground, normal, name=name or f"{p.name} on the plane")
@@ -215,7 +216,7 @@ def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Cons
 def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
     """A massless rod of the given length: (r·r − L²)/(2 L) = 0 with r = r^p − r^q; the multiplier is its thrust on `p` along r/L.
 
-    The length may depend on time, not on coordinates.
+    The length may depend on parameters, inputs and time, not on coordinates.
     """
     _points("hold at a distance", p, q)
     r, size = p.position(q), as_expr(length)
@@ -240,7 +241,7 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
 
 
 def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
-    """Unit vectors, each fixed in the frame it is written in, stay perpendicular: a·b = 0; the multiplier's torque is along a × b."""
+    """Unit vectors, each fixed in the frame it is written in, stay perpendicular: a·b = 0; the multiplier is a torque along a × b."""
     label = name or f"{a} ⟂ {b}"
     left, right = (home_of(v, f"direction of {label!r}") for v in (a, b))
     normal = a.cross(b)
@@ -248,7 +249,7 @@ def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
 
 
 def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str = "") -> tuple[Constraint, Constraint]:
-    """Unit vectors stay parallel: `a` stays perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
+    """Two unit vectors stay parallel: `a` is perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
     label = name or f"{a} ∥ {b}"
     expected = f"across=two unit vectors for {label!r}"
     first, second = expect.pair(across, expected)
@@ -261,9 +262,10 @@ def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str =
 
 
 def no_slip(p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vector, name: str = "") -> Constraints:
-    """Particles in contact do not slip: (v^p − v^q)·e = 0 for each unit vector e; without `q` the ground is at rest.
+    """Particles in contact do not slip: motion constraints (v^p − v^q)·e = 0, one for each unit vector e in `along`.
 
-    `p` and `q` are particles made with `fixed_in`, which are at the same place now. The multiplier is the force on `p` along e.
+    `p` and `q` are particles made with `fixed_in`, at the same place now; without `q` the ground is at rest. The multiplier is the
+    force on `p` along e.
     """
     _points("keep from slipping", p, p if q is None else q)
     inertial = p.root().frame
@@ -282,11 +284,11 @@ def no_slip(p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vecto
 def rolling(
     p: Point, q: Point | None = None, *, normal: Vector, along: Vector | None = None, name: str = ""
 ) -> Constraints:
-    """Rolling: the particles in contact, `p` and `q`, have no relative velocity in the plane across `normal`.
+    """Rolling: the particles in contact, `p` and `q`, have no relative velocity in the plane perpendicular to `normal`.
 
-    Two motion constraints, along `along` (a unit vector in the plane; by default an axis of the frame that `normal` is written in, or
-    normal × the one axis that is across it) and along normal × along; that the bodies stay in contact must follow from the coordinates
-    or from a configuration constraint. Without `q` the ground is at rest.
+    Two motion constraints: along `along`, a unit vector in the plane, and along normal × along. By default `along` is an axis of
+    the frame that `normal` is written in, or normal × the only axis perpendicular to it. The choice of coordinates, or a
+    configuration constraint such as `touching`, must keep the bodies in contact. Without `q` the ground is at rest.
     """
     _points("roll", p, p if q is None else q)
     label = name or f"rolling of {p.name}"
@@ -304,12 +306,12 @@ def rolling(
 
 
 def configuration_constraint(name: str, f: Any) -> Constraint:
-    """f(q, t) = 0 under a name. It is not known where its forces act; prefer `coincident`, `distance`, `perpendicular`."""
+    """A named configuration constraint f(q, t) = 0. Prefer `coincident`, `distance`, …, whose forces have known points."""
     return Constraint(name, "configuration", as_expr(f))
 
 
 def motion_constraint(name: str, f: Any) -> Constraint:
-    """f(q, q̇, t) = 0 under a name, affine in the rates. It is not known where its forces act; prefer `no_slip`, `rolling`."""
+    """A named motion constraint f(q, q̇, t) = 0, affine in q̇. Prefer `no_slip` or `rolling`, whose forces have known points."""
     return Constraint(name, "motion", as_expr(f))
 
 
@@ -359,10 +361,11 @@ def reaction(
     *,
     constraint: Constraint | None = None,
 ) -> Reaction:
-    """A force (`at` a point) or torque (on a `frame`) along a unit vector that the far side feels from the near side.
+    """A noncontributing force (`at` a point) or torque (on a `frame`) to bring into evidence: its measure number along a unit vector.
 
-    With `constraint` it is that constraint's multiplier: the force or torque that holds it. Without any place it is a bare
-    unknown for use with explicit auxiliary speeds.
+    The near side, towards the root of the tree, exerts it on the far side. With `constraint` it is the multiplier of that
+    constraint. With neither it is an unknown without a place, for use with explicit auxiliary speeds. List it in
+    `System(reactions=[…])`.
     """
     if constraint is not None:
         other: object = constraint
@@ -379,9 +382,10 @@ def reaction(
 def auxiliary_speed(
     name: str, at: Point | None = None, along: Vector | None = None, frame: Frame | None = None
 ) -> AuxiliarySpeed:
-    """An explicit auxiliary speed: the velocity u_a n of everything reached through the point or frame, zero throughout.
+    """An auxiliary speed u_a: it adds u_a n to the velocity of all that follows the point (or frame) in the tree, and is always zero.
 
-    List it in `System(auxiliary_speeds=…)` with one bare reaction for each, and write the force it brings into evidence as a load.
+    n is the unit vector `along`. List it in `System(auxiliary_speeds=…)`, with a `kn.reaction(name)` for the force (torque) that it
+    brings into evidence, and declare this force as a load.
     """
     cut = _cut("the auxiliary speed", name, at, frame, along)
     return AuxiliarySpeed.declare(name, None, "m/s" if at is not None else "rad/s", "", cut)

@@ -12,8 +12,8 @@ N and F are multipliers of the rows g and v_k: constraints of a mode's system, w
 Friction of a given size, as in a clutch, has neither: |F| ≤ size. μ_k may be a function of |v|: a symbol stands for |v| in it.
 Resistance to rolling and to drilling is pressed by the N of another contact, and is there as long as that one is closed.
 
-In a mode a contact slips either `STRAIGHT`, along a direction d that is a number, or along v itself: v/|v| has no value where a slip
-begins or ends. In the plane all slip is straight.
+In a mode a contact slips either `STRAIGHT`, along a direction d that is a number, or along v itself: v/|v| has no value where a
+slip begins or ends. In the plane all slip is straight.
 
 Where several contacts stick by one row, as the corners of a block, the first has the row and the others are `HELD` with it: rigid
 bodies tell the sum of their friction alone. It is shared in proportion to μ_s N, and holds while |ΣF| ≤ Σ μ_s N.
@@ -52,11 +52,13 @@ LAWS = ("stronge", "poisson", "newton", "moreau")
 
 
 class ContactMode(IntEnum):
-    """What a contact does in a mode of a system; a contact without friction STICKs where it is closed.
+    """The mode of a contact: SEPARATED, STICK or SLIP; a contact without friction has the mode STICK while it is closed.
 
-    HELD: it sticks with the last one before it in the list that rubs and has the mode STICK. In a `Stand`, its slip vanishes with
-    those of others; ACROSS: its slip along a direction does, that across it has a row; CARRIED…: its gap stays closed with those of
-    others, and so does, where it does not slip, its slip.
+    STRAIGHT: it slips in a fixed direction, near zero slip. HELD: it sticks together with the nearest contact
+    before it in the list that has friction and the mode STICK. Where several contacts hold one rigid body on a plane, their
+    constraints depend on each other. HELD: the slip then vanishes with those of the others; ACROSS: this is so for one direction
+    of slip, and the other has a constraint of its own; CARRIED…: the gap, and without slip the slip too, stays zero with those of
+    the others.
     """
 
     SEPARATED = 0
@@ -71,29 +73,29 @@ class ContactMode(IntEnum):
 
     @property
     def slips(self) -> bool:
-        """Whether it slips."""
+        """Whether the contact slips."""
         return self in _SLIPS or self in _SLIPS.values()
 
     @property
     def straight(self) -> bool:
-        """Whether it slips along a direction that is a number."""
+        """Whether the contact slips in a fixed direction."""
         return self in _SLIPS
 
     @property
     def carried(self) -> bool:
-        """Whether others keep its gap closed."""
+        """Whether other contacts keep the gap of this one closed."""
         return self >= ContactMode.CARRIED
 
     def slipping(self, straight: bool) -> ContactMode:
-        """The same slip, straight or not."""
+        """The mode with the same slip, in a fixed direction (`straight`) or not."""
         return next(a if straight else b for a, b in _SLIPS.items() if self in (a, b))
 
     def with_others(self) -> ContactMode:
-        """What it does where others keep its gap closed."""
+        """The corresponding mode if other contacts keep the gap closed."""
         return _CARRIED.get(self, ContactMode.CARRIED)
 
     def word(self, contact: ContactLaw) -> str:
-        """As it is shown: separated, stick or slip; closed where there is no friction, and of a rope that is taut."""
+        """The name shown for the mode: "separated", "stick" or "slip"; "closed" without friction, also for a taut rope."""
         if self is ContactMode.SEPARATED:
             return "separated"
         return "slip" if self.slips else "stick" if contact.slips else "closed"
@@ -108,27 +110,27 @@ Modes = tuple[ContactMode, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactLaw(Immutable):
-    """A contact with its laws, from `kn.contact`, `kn.joints.stop`, `rope` or `stiction`.
+    """A contact with its laws of friction and impact, from `kn.contact` or `kn.joints.stop`, `rope`, `stiction`, ….
 
     Attributes
     ----------
-    name : its name
-    gap : g ≥ 0, None where coordinates keep it closed, or nothing presses
-    slips : velocities of slip that vanish where it sticks
-    normal_force : N, the multiplier of the gap or a reaction of the system; None where friction has a given size
-    friction_forces : F_k along each slip, on the particle in contact
-    static, kinetic : μ_s and μ_k, which may hold `speed`; sizes, N or N m, where nothing presses
-    speed : stands for |v| in μ_k
-    viscous : c of the force −c v that is added where it slips
-    restitution : e of impacts
-    law : which restitution it is: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
-    direction : the numbers d_k that a straight slip goes along
-    slowest : the slip below which it is straight
-    place : where bodies touch, if it is of `kn.contact`
-    pressed_by : the contact whose N presses, if it is another one's
-    slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
-    across : the row of the slip across `direction`, and its multiplier; None in the plane
-    shares : of the multipliers of a `Stand` in N, and in each F_k
+    name : name of the contact
+    gap : the constraint g ≥ 0; None if coordinates keep the contact closed, or if friction needs no normal force
+    slips : the slip velocities, one or two, that vanish in the mode STICK
+    normal_force : N, the multiplier of the gap, or a reaction of the system; None if friction has a given magnitude
+    friction_forces : F_k along each slip velocity, on the particle in contact
+    static, kinetic : μ_s and μ_k, functions of `speed` if desired; magnitudes, N or N m, if there is no normal force
+    speed : the symbol of the slip speed |v| in μ_k
+    viscous : c of the force −c v that is added in the mode SLIP
+    restitution : coefficient of restitution e of impacts
+    law : of restitution: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
+    direction : symbols of the direction d_k of slip in the mode STRAIGHT
+    slowest : symbol of the slip speed below which the mode is STRAIGHT
+    place : the geometry of the contact, if it was made by `kn.contact`
+    pressed_by : the contact whose normal force acts in the friction law, if it is a different one
+    slack : symbol of a gap below zero, of the size of rounding, that counts as closed
+    across : the constraint of the slip perpendicular to `direction`, and its multiplier; None if there is one slip velocity
+    shares : of the multipliers in N and in each F_k, if several contacts hold one rigid body on a plane
     """
 
     name: str
@@ -156,12 +158,12 @@ class ContactLaw(Immutable):
 
     @property
     def rows(self) -> tuple[Constraint, ...]:
-        """Its gap, if it has one, and its slips."""
+        """The constraints `gap`, if there is one, and `slips`."""
         return (*(() if self.gap is None else (self.gap,)), *self.slips)
 
     @property
     def between(self) -> tuple[Frame | None, Frame, str] | None:
-        """The bodies that touch, where the second has a plane there, and its normal."""
+        """The two bodies in contact and the normal, if the second body has a plane there; else None."""
         home = () if self.place is None else frames_of(self.place.normal)
         if self.place is None or len(home) != 1:
             return None
@@ -169,49 +171,49 @@ class ContactLaw(Immutable):
 
     @property
     def sized(self) -> bool:
-        """Whether its friction has a given size: nothing presses."""
+        """Whether friction has a given magnitude instead of depending on a normal force."""
         return self.gap is None and self.normal_force is None
 
     @property
     def pressing(self) -> Expr:
-        """N, 1 where friction has a given size."""
+        """The normal force N; 1 if friction has a given magnitude."""
         return ONE if self.normal_force is None else self.normal_force
 
     @property
     def most(self) -> Expr:
-        """μ_s N, up to which it sticks."""
+        """μ_s N, the largest friction force in the mode STICK."""
         return mul(self.static, self.pressing)
 
     def sliding_friction(self, mode: ContactMode) -> dict[Expr, Expr]:
-        """F_k by their symbols where it slips."""
+        """The friction forces of a slipping contact, {F_k: expression}."""
         size = neg(mul(self.kinetic_at(self.onward if mode.straight else sqrt(self.square)), self.pressing))
         drags = [mul(self.viscous, c.expr) for c in self.slips]
         each = zip(self.friction_forces, self.along(mode), drags, strict=True)
         return {f: sub(mul(size, d), drag) for f, d, drag in each}
 
     def kinetic_at(self, speed: Expr) -> Expr:
-        """μ_k at a speed of slip."""
+        """μ_k at a slip speed."""
         return substituted(self.kinetic, {self.speed: speed})
 
     @property
     def numbers(self) -> tuple[Expr, Expr, Expr]:
-        """μ_s, μ_k and e, at the slip of a state."""
+        """μ_s, μ_k and e, with μ_k at the slip speed |v|."""
         return self.static, self.kinetic_at(sqrt(self.square)), self.restitution
 
     def along(self, mode: ContactMode) -> tuple[Expr, ...]:
-        """The unit vector of the slip."""
+        """The measure numbers of the unit vector along the slip."""
         if mode.straight:
             return self.direction
         return tuple(c.expr / sqrt(self.square) for c in self.slips)
 
     @property
     def onward(self) -> Expr:
-        """The slip along the direction of a straight one."""
+        """The slip velocity along `direction`."""
         return sum_of(mul(d, c.expr) for d, c in zip(self.direction, self.slips, strict=True))
 
     @property
     def square(self) -> Expr:
-        """|v|²."""
+        """The square of the slip speed, |v|²."""
         return sum_of(mul(c.expr, c.expr) for c in self.slips)
 
 
@@ -227,18 +229,18 @@ SMOOTH = Friction()
 
 
 def stribeck(kinetic: Any, static: Any, speed: Any) -> Callable[[Any], Expr]:
-    """Friction that falls with the speed of slip: μ(v) = μ_k + (μ_s − μ_k) exp(−(v/v_s)²), as `mu=` of a contact.
+    """Stribeck friction μ(v) = μ_k + (μ_s − μ_k) exp(−(v/v_s)²), for `mu=` of a contact, or the size of `stiction` and `clutch`.
 
     Parameters
     ----------
-    kinetic : μ_k, far above v_s; a size, N or N m, in `stiction` and `clutch`
-    static : μ_s ≥ μ_k, at rest
-    speed : v_s > 0, in m/s, or rad/s
+    kinetic : μ_k, the value at slip speeds v ≫ v_s; in `stiction` and `clutch` a force (N) or torque (N m)
+    static : μ_s ≥ μ_k, the value at rest
+    speed : v_s > 0, m/s or rad/s
 
     Notes
     -----
-    Armstrong-Hélouvry, B., Dupont, P., Canudas de Wit, C. (1994), A survey of models, analysis tools and compensation methods for the
-    control of machines with friction, Automatica 30, 1083-1138, sec. 2.1.
+    Armstrong-Hélouvry, B., Dupont, P., Canudas de Wit, C. (1994), A survey of models, analysis tools and compensation methods for
+    the control of machines with friction, Automatica 30, 1083-1138, sec. 2.1.
     """
     scale = as_expr(speed)
     default = default_of(scale)
@@ -347,25 +349,25 @@ def contact(
     normal: Reaction | None = None,
     name: str = "",
 ) -> ContactLaw:
-    """A contact that sticks or rolls, slips, separates and hits, by one declaration: list it in `System(contacts=[…])`.
+    """A contact that can stick or roll, slip, separate and collide, with Coulomb friction; list it in `System(contacts=[…])`.
 
     Parameters
     ----------
-    at : where bodies touch: from `kn.joints.point_on_plane`, `disk_on_plane`, `sphere_on_plane`, `torus_on_plane`, `sphere_on_sphere`
-    mu : coefficient of sliding friction μ_k, or a function of the speed of slip v ≥ 0 that gives it: `lambda v: …`, `stribeck(…)`
-    static : coefficient of static friction μ_s ≥ μ_k; μ_k, at rest, unless given
-    viscous : c ≥ 0, N s/m, of a force −c v that is added to −μ_k N v/|v| where it slips
-    restitution : e, from 0 to 1
-    law : of restitution: "stronge" (of energies), "poisson" (of impulses) or "newton" (of velocities), one contact after the other, in
-        whose course slip may end and turn back (Routh); "moreau": v_n⁺ ≥ −e v_n⁻ for all contacts at once, friction against the slip
-        after the impact (Moreau 1988)
-    normal : the normal force as a reaction, where the coordinates keep the contact closed: the motion ends where it falls to zero
-    name : by default that of the place
+    at : geometry of the contact, from `kn.joints.point_on_plane`, `disk_on_plane`, `sphere_on_plane`, `torus_on_plane`, …
+    mu : coefficient of sliding friction μ_k, or a function of the slip speed v ≥ 0 that returns it: `lambda v: …`, `stribeck(…)`
+    static : coefficient of static friction μ_s ≥ μ_k; by default μ_k at v = 0
+    viscous : c ≥ 0, N s/m, of a force −c v in addition to −μ_k N v/|v| while the contact slips
+    restitution : coefficient of restitution e, from 0 to 1
+    law : of restitution. "stronge" (energetic), "poisson" (impulses) and "newton" (velocities) treat one contact after the other,
+        with slip that may end and reverse during the impact (Routh); "moreau" demands v_n⁺ ≥ −e v_n⁻ of all contacts at once, with
+        friction opposite to the slip after the impact (Moreau 1988)
+    normal : the normal force as a reaction, if coordinates keep the contact closed; the motion then ends where it falls to zero
+    name : by default that of `at`
 
     Raises
     ------
     ModelError
-        if 0 ≤ μ_k ≤ μ_s or 0 ≤ e ≤ 1 does not hold, or nothing presses: no gap that can open, and no normal reaction
+        if 0 ≤ μ_k ≤ μ_s or 0 ≤ e ≤ 1 does not hold, or if the gap does not depend on coordinates and `normal` is not given
     """
     cure = "Make one with kn.joints.point_on_plane, sphere_on_plane, …; what has a law already goes into contacts=[…] as it is."
     expect.instance(at, Contact, "a place of contact", cure)
@@ -387,23 +389,23 @@ def contact(
 
 
 def rolling_resistance(by: ContactLaw, arm: Any, *, static: Any = None, viscous: Any = 0, name: str = "") -> ContactLaw:
-    """A couple against rolling, |M| ≤ ρ N: up to ρ_s N it holds a wheel, and of ρ N it is against its angular velocity.
+    """Rolling resistance: a couple of magnitude ρ N opposite to the angular velocity, or up to ρ_s N on a wheel at rest.
 
-    N is the normal force of a contact. The couple is about axes in the plane of contact, between the two bodies, and acts as long
-    as the contact is closed, whether it slips or not; in impacts it has no impulse. List both in `System(contacts=[…])`.
+    N is the normal force of a contact. The couple acts between its two bodies about axes in the plane of contact while the contact
+    is closed, slipping or not; it has no impulse in impacts. List the contact and the resistance in `System(contacts=[…])`.
 
     Parameters
     ----------
     by : the contact, from `kn.contact`
-    arm : ρ, m, by which the normal force is ahead of the middle; a coefficient of rolling resistance times the radius
-    static : ρ_s ≥ ρ; `arm` unless given
-    viscous : c, N m s/rad, of a couple −c ω that is added where it rolls
+    arm : ρ, m, the offset of the normal force from the centre: the coefficient of rolling resistance times the radius
+    static : ρ_s ≥ ρ, m; by default `arm`
+    viscous : c, N m s/rad, of a couple −c ω in addition while the wheel rolls
     name : by default "rolling of <contact>"
 
     Raises
     ------
     ModelError
-        if `by` has no place of contact, or nothing turns about these axes
+        if `by` is not from `kn.contact`, or its bodies have no relative rotation about these axes
 
     Notes
     -----
@@ -417,10 +419,9 @@ def rolling_resistance(by: ContactLaw, arm: Any, *, static: Any = None, viscous:
 def drilling_resistance(
     by: ContactLaw, arm: Any, *, static: Any = None, viscous: Any = 0, name: str = ""
 ) -> ContactLaw:
-    """A couple against drilling, |M| ≤ δ N, about the normal of a contact; else as `rolling_resistance`.
+    """Drilling (spin) resistance: a couple |M| ≤ δ N about the normal of a contact. `arm` is δ, m; else as `rolling_resistance`.
 
-    For a contact of radius a, in which pressure is Hertz's, δ = 3 π μ a/16 where it does not slip beside (Johnson 1985, sec. 7.4,
-    of complete slip).
+    A Hertzian contact of radius a that spins without sliding has δ = 3 π μ a/16 (Johnson 1985, sec. 7.4, complete slip).
     """
     place = _pressing(by)
     return _resistance(name or f"drilling of {by.name}", by, place, [place.normal], Friction(arm, static, viscous))
@@ -450,9 +451,10 @@ def _resistance(name: str, by: ContactLaw, place: Contact, axes: Sequence[Vector
 
 
 def stop(name: str, gap: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> ContactLaw:
-    """A one-sided stop: an expression of coordinates and time that stays at or above zero, such as q_max − q.
+    """A one-sided stop, frictionless: `gap`, an expression in coordinates and time such as q_max − q, stays ≥ 0.
 
-    Its multiplier, `normal_force`, is the generalized force that holds it.
+    The multiplier of the gap, `normal_force`, is the generalized force of the closed stop. `restitution` and `law` as in
+    `kn.contact`.
     """
     row = gap if isinstance(gap, Constraint) else configuration_constraint(name, gap)
     _check_moves(name, row.expr)
@@ -460,9 +462,10 @@ def stop(name: str, gap: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> Co
 
 
 def rope(name: str, points: Sequence[Point], length: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> ContactLaw:
-    """A massless rope of the given length through points in order, slack or taut: Σ|r_i+1 − r_i| ≤ L.
+    """A massless, inextensible rope of length L (m) through `points` in order, slack or taut: Σ|r_i+1 − r_i| ≤ L.
 
-    Points between the ends are pulleys without friction and of no size. `normal_force` is the tension.
+    Points between the ends are frictionless pulleys without size. `normal_force` is the tension (N). `restitution` and `law` hold
+    where the rope becomes taut, as in `kn.contact`.
     """
     through = _rope_points(name, points)
     return _law(name, _rope_row(name, through, length), (), None, restitution=restitution, law=law)
@@ -481,22 +484,22 @@ def capstan(
     restitution: Any = 0,
     law: str = LAWS[0],
 ) -> ContactLaw:
-    """A rope as of `rope` that is wound round a drum with friction: it holds while T₂/T₁ is from e^(−μ_s θ) to e^(μ_s θ).
+    """A rope, see `rope`, wound round a drum with friction: it sticks while T₂/T₁ lies between e^(−μ_s θ) and e^(μ_s θ).
 
-    Where it slips the ratio is e^(μ θ). With N = (T₁ + T₂)/2 and F = T₁ − T₂ this is Coulomb's law |F| ≤ 2 tanh(μ θ/2) N: N is
+    While it slips the ratio is e^(±μ θ). With N = (T₁ + T₂)/2 and F = T₁ − T₂ this is Coulomb's law |F| ≤ 2 tanh(μ θ/2) N: N is
     `normal_force`, F `friction_forces[0]`, T₁ = N + F/2 the tension before the drum and T₂ = N − F/2 that behind it.
 
     Parameters
     ----------
     name : of the contact
-    points : of the rope, in order, `drum` between its ends; the others between are pulleys without friction
-    length : of the rope without what is wound round the drum
-    mu : coefficient of sliding friction, or a function of the speed of slip
-    drum : the middle of the drum, whose radius does not count
-    angle : θ ≥ 0 that is wound, rad; 2 π a turn
+    points : of the rope, in order, with `drum` between its ends; others between are frictionless pulleys
+    length : of the rope, m, without the part wound round the drum
+    mu : coefficient of sliding friction, or a function of the slip speed
+    drum : the centre of the drum, whose radius is neglected
+    angle : θ ≥ 0 of wrap, rad; 2 π per turn
     static : coefficient of static friction
-    surface : the speed with which the drum's surface runs toward the last point, as a winch's does
-    restitution, law : where the rope becomes taut
+    surface : velocity of the drum's surface towards the last point, m/s, for a winch
+    restitution, law : where the rope becomes taut, as in `kn.contact`
 
     Notes
     -----
@@ -568,15 +571,15 @@ def stiction(
     normal: Reaction | None = None,
     name: str = "",
 ) -> ContactLaw:
-    """Dry friction in a pin or slider that sticks: up to `static` it holds the joint, and of `size` it is against its rate.
+    """Dry friction in a pin or slider: `size` opposite to the joint's rate while it moves, up to `static` while it sticks.
 
     Parameters
     ----------
     joint : a pin or a slider
-    size : of the torque (N m) or force (N) where it slips, or a function of the rate; with `normal`, the coefficient μ_k
-    static : up to which it sticks; `size`, at rest, unless given
-    viscous : c of a torque −c ω (N m s/rad) or force −c v (N s/m) beside it
-    normal : the reaction that presses, which must stay positive; friction is μ N then
+    size : magnitude of the torque (N m) or force (N) of sliding, or a function of the rate; with `normal`, the coefficient μ_k
+    static : largest magnitude while the joint sticks; by default `size` at rest
+    viscous : c of a torque −c ω (N m s/rad) or force −c v (N s/m) in addition while the joint moves
+    normal : the normal reaction N, which must stay positive, for a friction of μ N
     name : by default "stiction in <joint>"
     """
     kind = getattr(joint, "kind", None)
@@ -602,10 +605,11 @@ def clutch(
     viscous: Any = 0,
     normal: Reaction | None = None,
 ) -> ContactLaw:
-    """A clutch, a brake or a belt's pulley: a torque between two frames about an axis, of a given size where they slip.
+    """A clutch, a brake or a belt pulley: a friction torque between two frames about a unit vector `axis`, slipping or stuck.
 
-    `size` and `static` may hold inputs: a clutch that is pressed. `size` may be a function of the rate, as of the plates of an
-    automatic transmission; `viscous` is c of a torque −c ω beside it.
+    `size` (N m) is its magnitude while the frames slip, or a function of their relative rate; `static` the largest while they
+    stick, by default `size` at rest. Both may contain inputs, such as the clamping force. `viscous` and `normal` are as in
+    `stiction`.
     """
     for x in (frame, other):
         expect.instance(x, Frame, f"two frames of {name!r}")

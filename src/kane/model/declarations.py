@@ -319,13 +319,13 @@ def _independent(rows: Array, first: int, missing: int) -> tuple[int, ...] | Non
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event(Immutable):
-    """`quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
+    """An event in a simulation: `quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
 
-    A terminal event ends the simulation there; the solution returns what there is and names it. One that does something,
-    `then={v: -e*v}`, does not end it unless told: the motion goes on with other values of coordinates, speeds, states or parameters,
-    all computed from those before, or with other inputs, for which anything stands that `inputs=` takes. `then` may be a function
-    that returns such values, called with t, q, u and parameters as keywords. Under constraints, dependent speeds that are not set
-    follow.
+    A terminal event ends the motion; `sol.event` names it. Without an action, `then=`, events are terminal by default; with one
+    they are not. An action such as `then={v: -e*v}` gives new values of coordinates, speeds, states or parameters, all computed
+    from those before the event, or new inputs, in any form that `inputs=` of `kn.simulate` takes. It may be a function that
+    returns such a mapping, called with the keywords t, q, u and parameters. Under constraints, dependent speeds that are not set
+    follow from the others.
     """
 
     name: str
@@ -352,12 +352,12 @@ class Event(Immutable):
 
     @property
     def breaks(self) -> bool:
-        """Whether the motion does not go on as it was."""
+        """Whether the event ends the motion or has an action."""
         return bool(self.terminal) or self.then is not None
 
     @property
     def consequence(self) -> str:
-        """What happens, in words."""
+        """The action, and whether the event ends the motion, as text."""
         done = "; ".join(f"{s} := {x}" for s, x in self.then.items()) if isinstance(self.then, Mapping) else ""
         done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
         return ", ".join(x for x in (done, f"ends the {self._ends}" if self.terminal else "") if x)

@@ -34,18 +34,18 @@ from kane.space.vector import Vector
 
 
 def gravitation(one: Body, other: Body, constant: Any, name: str = "") -> Load:
-    """Gravitational attraction of two bodies, particles or extended, to second order in their sizes (sec. 4.8).
+    """Gravitational attraction of two bodies, to second order in their dimensions over their distance (sec. 4.8).
 
     Parameters
     ----------
-    one, other : bodies of one part, far apart beside their sizes
+    one, other : particles or rigid bodies, far apart compared with their dimensions
     constant : G, 6.674e-11 m³/(kg s²)
-    name : what the load is called
+    name : of the load
 
     Returns
     -------
     Load
-        with its potential: force and opposite force at the mass centres, and on extended bodies a torque
+        opposite forces at the mass centres and a torque on each rigid body, with their potential energy
     """
     (a,), (b,) = (_single(x) for x in (one, other))
     g, r = as_expr(constant), b.mass_center.position(a.mass_center).gathered()
@@ -72,13 +72,13 @@ def gravitation(one: Body, other: Body, constant: Any, name: str = "") -> Load:
 
 
 def gravity_moment(body: Body, direction: Vector, strength: Any, name: str = "") -> Load:
-    """Moment of a distant particle's gravitation about the mass centre, 3 k a × I·a (sec. 4.8; Spacecraft Dynamics, sec. 2.6).
+    """Moment of a distant particle's gravitation about a body's mass centre, 3 k a × I·a (sec. 4.8; Spacecraft Dynamics, sec. 2.6).
 
     Parameters
     ----------
-    body : extended
-    direction : unit vector a from the particle to the body, or back
-    strength : k = G m/R³, the square of the rate of a circular orbit, 1/s²
+    body : a rigid body
+    direction : unit vector a from the particle to the body, or opposite
+    strength : k = G m/R³, 1/s²: the square of the angular rate of a circular orbit
     """
     check_unit(direction, "direction of a gravity moment")
     (part,) = _single(body)
@@ -89,13 +89,13 @@ def gravity_moment(body: Body, direction: Vector, strength: Any, name: str = "")
 
 
 def buoyancy(point: Point, density: Any, volume: Any, acceleration: Vector, name: str = "") -> Load:
-    """Buoyancy −ρ V g at the centre of buoyancy of what is displaced, with its potential ρ V g·r.
+    """Buoyancy −ρ V g at the centre of buoyancy, with its potential ρ V g·r.
 
     Parameters
     ----------
     point : the centre of buoyancy
-    density, volume : of the displaced fluid
-    acceleration : of free fall, a vector that does not move: -g*N.z
+    density, volume : of the displaced fluid, kg/m³ and m³
+    acceleration : g of free fall, a vector fixed in the inertial frame: -g*N.z
     """
     _check_point(point, "centre of buoyancy")
     expect.instance(acceleration, Vector, "the acceleration of free fall as a Vector", "Give it a direction: -g*N.z.")
@@ -107,12 +107,12 @@ def buoyancy(point: Point, density: Any, volume: Any, acceleration: Vector, name
 
 
 def linear_drag(point: Point, coefficient: Any, medium: Vector | None = None, name: str = "") -> Load:
-    """Drag −c v of a point in a medium that rests, or moves at the velocity `medium`."""
+    """Linear drag −c v on a point; v is its velocity relative to a medium at rest, or with the velocity `medium`."""
     return _drag(point, medium, name, lambda v: v * -as_expr(coefficient))
 
 
 def quadratic_drag(point: Point, coefficient: Any, medium: Vector | None = None, name: str = "") -> Load:
-    """Drag −c |v| v of a point in a medium that rests, or moves at the velocity `medium`; c is ρ c_d A/2."""
+    """Quadratic drag −c |v| v on a point, c = ρ c_d A/2; v is relative to a medium at rest, or with the velocity `medium`."""
     return _drag(point, medium, name, lambda v: v * (-as_expr(coefficient) * v.magnitude()))
 
 
@@ -153,14 +153,14 @@ def line_load(
     degree: int = 1,
     name: str = "",
 ) -> Load:
-    """Force per length along the line from `start` by `along`, both fixed in `frame`.
+    """A force distributed along a straight line of a body.
 
     Parameters
     ----------
-    frame : of the body that carries the line
-    start, along : the line
-    density : force per length, N/m; a function of the share s of the line, from 0 to 1, where it changes along it
-    degree : of the density in s
+    frame : of the body, in which the line is fixed
+    start, along : the first point of the line, and the vector to the last
+    density : force per length, N/m; or a function of s, from 0 at the first to 1 at the last point, that returns it
+    degree : of the polynomial `density` in s
     """
     _check(frame, start, along)
     length, forces = length_along(along), []
@@ -174,14 +174,14 @@ def line_load(
 def pressure_on_rectangle(
     frame: Frame, corner: Point, a: Vector, b: Vector, pressure: Any, *, degree: int = 1, name: str = ""
 ) -> Load:
-    """Pressure p on a rectangle with edges a, b from a corner: −p n dA with n along a × b.
+    """Pressure p on a rectangle with edges a, b from a corner: forces −p n dA with n along a × b.
 
     Parameters
     ----------
-    frame : of the body that carries the rectangle
-    corner, a, b : the rectangle, a across b; the pressure acts on the side that a × b points away from
-    pressure : N/m², or a function of the shares s, t along a and b
-    degree : of the pressure in s and in t
+    frame : of the body, in which the rectangle is fixed
+    corner, a, b : a corner and the perpendicular vectors to its neighbours
+    pressure : N/m²; or a function p(s, t), with s and t from 0 to 1 along a and b
+    degree : of the polynomial `pressure` in s and in t
     """
     for edge in (a, b):
         _check(frame, corner, edge)
@@ -206,15 +206,15 @@ def pressure_on_disk(
     across: Vector | None = None,
     name: str = "",
 ) -> Load:
-    """Pressure p on a disk: −p n dA.
+    """Pressure p on a disk: forces −p n dA.
 
     Parameters
     ----------
-    frame : of the body that carries the disk
+    frame : of the body, in which the disk is fixed
     center, normal, radius : the disk; the pressure acts against the unit vector `normal`
-    pressure : N/m², or a function of the measure numbers x along `across` and y along normal × across
-    degree : of the pressure in x and y
-    across : unit vector in the disk; by default an axis of the frame
+    pressure : N/m²; or a function p(x, y) of the measure numbers (m) from the centre along `across` and along normal × across
+    degree : of the polynomial `pressure` in x and y
+    across : unit vector in the plane of the disk; by default an axis of the frame
     """
     _check(frame, center, normal)
     check_unit(normal, "normal of the disk")

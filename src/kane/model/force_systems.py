@@ -30,10 +30,10 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Wrench(Immutable):
-    """A force along the central axis of a set and a couple along it: the simplest set that is equivalent.
+    """The simplest set equivalent to a set of forces: a force along the central axis, and a couple with its torque along it.
 
-    `position` leads from the point asked for to the nearest point of the central axis; the moment about the points of this axis,
-    `torque` = pitch · force, is the least.
+    `position` leads from the given point to the nearest point of the central axis. The moment about points of this axis,
+    `torque` = pitch · force, has the least magnitude.
     """
 
     force: Vector
@@ -54,7 +54,7 @@ class Wrench(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ForceSystem(Immutable):
-    """Forces bound to points, and couples by their torques: made by `kn.force_system`."""
+    """A set of bound vectors, from `kn.loads.force_system`: forces at points, and torques of couples."""
 
     forces: tuple[tuple[Point, Vector], ...]
     torques: tuple[Vector, ...] = ()
@@ -79,18 +79,18 @@ class ForceSystem(Immutable):
 
     @property
     def torque(self) -> Vector:
-        """Torque of the couple; a ModelError where the resultant is not zero."""
+        """Torque of the couple; raises a ModelError if the resultant is not zero."""
         if not self.is_couple:
             came = f"a set with the resultant {cut(self.resultant)}, whose moment depends on the point"
             raise expect.refusal(ModelError, "a couple", f"{came}: use moment(point)")
         return self.moment(self.forces[0][0]) if self.forces else _short(sum(self.torques, start=Vector()))
 
     def replacement(self, point: Point) -> "ForceSystem":
-        """One force at a point and a couple, equivalent to the set (sec. 4.3)."""
+        """An equivalent set: one force at `point`, and a couple (sec. 4.3)."""
         return ForceSystem(((point, self.resultant),), (self.moment(point),))
 
     def is_equivalent(self, other: "ForceSystem") -> bool:
-        """Whether both sets have one resultant, and one moment about a point, and so about every point (sec. 4.3)."""
+        """Whether both sets have the same resultant and the same moment about one point, hence about every point (sec. 4.3)."""
         expect.instance(other, ForceSystem, "another set of forces", "Make one: kn.force_system(loads).")
         both = ForceSystem(
             (*self.forces, *((p, -f) for p, f in other.forces)), (*self.torques, *(-t for t in other.torques))
@@ -104,7 +104,7 @@ class ForceSystem(Immutable):
         return _vanishes(both.moment(point), [*both.torques, *arms])
 
     def wrench(self, point: Point) -> Wrench:
-        """The wrench of the set, its central axis seen from `point`: r = R × M/R², M* = (M·R) R/R² (sec. 4.3).
+        """The wrench of the set, with the position of its central axis from `point`: r = R × M/R², M* = (M·R) R/R² (sec. 4.3).
 
         Raises
         ------
@@ -143,8 +143,8 @@ def force_system(loads: Any, *, bodies: Any = ()) -> ForceSystem:
 
     Parameters
     ----------
-    loads : a load, or a list of loads, of sets, of forces (point, vector), and of gravity
-    bodies : on which gravity acts
+    loads : a load, or a list of loads, force systems, forces (point, vector) and gravity
+    bodies : the bodies on which gravity acts
     """
     forces: list[tuple[Point, Vector]] = []
     torques: list[Vector] = []

@@ -26,8 +26,8 @@ _MOVING = Rate | QuasiRate | Speed | Reaction
 class Slip(Immutable):
     """What friction was declared with: the `speed` of the slip, the `threshold` down to which it holds, the reactions that must press.
 
-    No speed where it holds at rest too; no threshold where it is a share of the largest slip. Without slip the contact `rolls` where
-    another particle of a body is in contact at every instant, else it sticks.
+    No speed where it holds at rest too; no threshold where it is a share of the largest slip. Without slip the contact `rolls`
+    where another particle of a body is in contact at every instant, else it sticks.
     """
 
     speed: Expr | None
@@ -38,9 +38,10 @@ class Slip(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Load(Immutable):
-    """Forces on points and torques on frames that belong together; friction knows its `slip`.
+    """A load: forces at points and torques on frames that belong together, perhaps with their potential energy.
 
-    `scalar` is the function V or R that the load was made from; the `System` that it is listed in finds places for its forces.
+    `slip` is the slip of a friction load. `scalar` is the function V or R of `from_potential` and `from_dissipation`, for which the
+    `System` determines the forces.
     """
 
     name: str
@@ -60,14 +61,14 @@ class Load(Immutable):
 
         Parameters
         ----------
-        V : the potential energy, an expression of coordinates, parameters, inputs and time; with inputs whose rates no motion needs
-            the work of the load counts as power
-        name : what the load is called
+        V : the potential energy, an expression in coordinates, parameters, inputs and time. If it contains inputs that do not also
+            prescribe a motion, whose rates are therefore unknown, the work of the load counts as power
+        name : of the load
 
         Raises
         ------
         ModelError
-            if V holds rates, speeds or reactions
+            if V contains rates, speeds or reactions
         """
         potential = as_expr(V)
         found = [s for s in free_symbols([potential]) if isinstance(s, _MOVING) and input_of(s) is None]
@@ -78,18 +79,18 @@ class Load(Immutable):
 
     @staticmethod
     def from_dissipation(R: Any, name: str = "dissipation") -> "Load":
-        """The load whose generalized forces are F_r = −∂R/∂u_r, as Rayleigh's (Kane & Levinson 1985, sec. 5.3).
+        """The load whose generalized forces are F_r = −∂R/∂u_r: Rayleigh dissipation (Kane & Levinson 1985, sec. 5.3).
 
         Parameters
         ----------
-        R : the dissipation function, an expression of rates or speeds, which may hold coordinates too: c*q.dt**2/2 for a damper,
-            c*w.dot(w)/2 of an angular velocity
-        name : what the load is called
+        R : the dissipation function, an expression in rates or speeds, and in coordinates if desired: c*q.dt**2/2 for a damper,
+            c*w.dot(w)/2 for an angular velocity w
+        name : of the load
 
         Raises
         ------
         ModelError
-            if R holds neither rates nor speeds, or reactions
+            if R contains neither rates nor speeds, or contains reactions
         """
         function = as_expr(R)
         own = free_symbols([function])
@@ -157,36 +158,36 @@ def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
 
 
 def Force(point: Point, vector: Vector, name: str = "") -> Load:
-    """A force on a point: on a body's particle, write it on a point made with `fixed_in`."""
+    """A force (N) that acts at a point; for a force on a particle of a body, make the point with `fixed_in`."""
     return _bound(name, "force", vector, point)
 
 
 def Torque(frame: Frame, vector: Vector, name: str = "") -> Load:
-    """A torque on a frame (the body whose frame it is)."""
+    """A torque (N m) that acts on the body whose frame is `frame`."""
     return _bound(name, "torque", vector, frame)
 
 
 def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
-    """Uniform gravity on every body: `gravity(-g*N.z)`."""
+    """Uniform gravity on every body of the system: `gravity(-g*N.z)` for the acceleration g of free fall along −N.z."""
     cure = "Give it a direction, downwards: -g*N.z where N.z points up."
     expect.instance(acceleration, Vector, "the acceleration of free fall as a Vector", cure)
     return Gravity(acceleration, name)
 
 
 def action_reaction(on: Point, from_: Point, force: Vector, name: str = "") -> Load:
-    """`force` on one point, its opposite on the other."""
+    """A load of two forces: `force` at the point `on`, −`force` at the point `from_`."""
     return _bound(name, "force", force, on, from_)
 
 
 def torque_pair(on: Frame, from_: Frame, torque: Vector, name: str = "") -> Load:
-    """`torque` on one frame, its opposite on the other: a motor between two links."""
+    """A load of two torques: `torque` on the frame `on`, −`torque` on `from_`, as of a motor between two links."""
     return _bound(name, "torque", torque, on, from_)
 
 
 def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name: str = "") -> Load:
     """Spring between two points: force k (|r| − l) towards each other, potential k (|r| − l)²/2.
 
-    A stiffness or free length that changes with time or place leaves it without a potential: its work counts as power.
+    If the stiffness or free length depends on time, inputs or coordinates, the load has no potential, and its work counts as power.
     """
     _between("spring", a, b, Point)
     r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)
@@ -206,7 +207,7 @@ def _check_apart(what: str, a: Point, b: Point, r: Vector) -> None:
 
 
 def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
-    """Damper between two points: force c d|r|/dt against the change of their distance."""
+    """Damper between two points: a force c d|r|/dt along their line that opposes the change of their distance |r|."""
     _between("damper", a, b, Point)
     r = a.position(b)
     _check_apart("damper", a, b, r)
@@ -220,9 +221,9 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
 def torsional_spring(
     on: Frame, from_: Frame, angle: Any, stiffness: Any, axis: Vector, rest: Any = 0, name: str = ""
 ) -> Load:
-    """Spring that turns `on` back by k (angle − rest) about `axis` relative to `from_`; potential k (angle − rest)²/2.
+    """Torsional spring: torque −k (angle − rest) about `axis` on `on`, the opposite on `from_`; potential k (angle − rest)²/2.
 
-    `angle` is the rotation of `on` in `from_` about `axis`, a unit vector.
+    `angle` (rad) is the rotation of `on` relative to `from_` about the unit vector `axis`, `rest` its value without torque.
     """
     check_unit(axis, _between("axis of the torsional spring", on, from_, Frame))
     k, stretch = as_expr(stiffness), as_expr(angle) - as_expr(rest)
@@ -232,7 +233,7 @@ def torsional_spring(
 
 
 def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: str = "") -> Load:
-    """Damper: torque c times the relative angular speed about `axis`, a unit vector."""
+    """Torsional damper: a torque c times the relative angular speed of two frames about the unit vector `axis`, opposing it."""
     check_unit(axis, _between("axis of the torsional damper", on, from_, Frame))
     torque = axis * (-as_expr(damping) * on.angular_velocity(from_).dot(axis))
     return torque_pair(on, from_, torque, name or f"torsional damper between {on.name} and {from_.name}")

@@ -40,12 +40,12 @@ def mass_center(bodies: Any, origin: Point) -> Vector:
     Parameters
     ----------
     bodies : a body, or a list of bodies
-    origin : the point from which it is seen
+    origin : the point from which the position is measured
 
     Raises
     ------
     ModelError
-        if these are no bodies, or their masses are zero altogether
+        if `bodies` contains other objects than bodies, or the total mass is zero
     """
     parts = parts_listed(bodies)
     _check_point(origin, "seen from")
@@ -55,12 +55,12 @@ def mass_center(bodies: Any, origin: Point) -> Vector:
 
 
 def inertia_about(bodies: Any, point: Point) -> Dyadic:
-    """Inertia dyadic of bodies about a point, each body along its own frame (Kane & Levinson 1985, sec. 3.5, 3.6).
+    """Inertia dyadic of bodies about a point, each term written in the body's frame (Kane & Levinson 1985, sec. 3.5, 3.6).
 
     Parameters
     ----------
     bodies : a body, or a list of bodies
-    point : the point, which needs no body
+    point : the point, which need not belong to a body
     """
     parts = parts_listed(bodies)
     _check_point(point, "about which an inertia is asked for")
@@ -100,19 +100,19 @@ def radius_of_gyration(bodies: Any, point: Point, direction: Vector) -> Expr:
 
 
 def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> RigidBody:
-    """One rigid body of bodies that move as one: mass, mass centre and central inertia (Kane & Levinson 1985, sec. 3.1, 3.6).
+    """The rigid body composed of bodies that are fixed to each other (Kane & Levinson 1985, sec. 3.1, 3.6).
 
     Parameters
     ----------
-    name : of the body
+    name : of the new body
     bodies : a body, or a list of bodies
-    frame : in which all of them are fixed
-    without : bodies that are cut out of the others: holes
+    frame : the frame in which all of them are fixed
+    without : bodies whose mass and inertia are subtracted: holes
 
     Raises
     ------
     ModelError
-        if something moves in `frame`, or nothing is left of the mass
+        if a body moves in `frame`, or the remaining mass is zero
     """
     kept = parts_listed(bodies)
     expected, came = f"rigid bodies and particles for the composite {name}", "a flexible body: it deforms"
@@ -187,9 +187,9 @@ Pairs = list[tuple[Expr, Vector]]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Principal(Immutable):
-    """Principal moments of inertia and the unit vectors along their axes, right-handed.
+    """Principal moments of inertia, and the right-handed unit vectors along the principal axes.
 
-    Moments that are numbers rise; of equal ones every line in the plane of their axes is a principal axis.
+    Numerical moments are in ascending order; if two are equal, every line in the plane of their axes is a principal axis.
     """
 
     moments: tuple[Expr, Expr, Expr]
@@ -208,7 +208,7 @@ class Principal(Immutable):
 
     @property
     def maximum(self) -> tuple[Expr, Vector]:
-        """The greatest one, and its axis."""
+        """The greatest moment of inertia about any line through the point, and its axis."""
         return self._extreme(-1)
 
     def _extreme(self, place: int) -> tuple[Expr, Vector]:
@@ -228,7 +228,7 @@ class Principal(Immutable):
         return tuple(div(as_expr(scale), sqrt(x)) for x in self.moments)
 
     def radii_of_gyration(self, mass: Any) -> tuple[Expr, ...]:
-        """√(I_k / m) for a mass."""
+        """Radii of gyration √(I_k/m) about the principal axes, for a mass m."""
         return tuple(sqrt(div(x, as_expr(mass))) for x in self.moments)
 
     def __repr__(self) -> str:
@@ -242,15 +242,15 @@ def principal(inertia: Dyadic, frame: Frame | None = None, *, values: Mapping[An
 
     Parameters
     ----------
-    inertia : about any point: a body's, or that of kn.inertia_about
-    frame : along which its matrix is looked at; the dyadic's own, if it is one
-    values : numbers for symbols by symbol or name, others at their defaults; without it symbols stay, which needs an axis of the
-        frame that is a principal one
+    inertia : an inertia dyadic about any point: of a body, or from `kn.solids.inertia_about`
+    frame : the frame in which the matrix is formed; by default that in which the dyadic is written, if there is only one
+    values : numbers by symbol or name, for a numerical result; parameters left out take their defaults. Without `values` the
+        result is symbolic, and one axis of the frame must be a principal axis
 
     Raises
     ------
     ModelError
-        if the matrix is not symmetric, or holds symbols and no axis of the frame is a principal one
+        if the matrix is not symmetric, or contains symbols while no axis of the frame is a principal axis
     """
     expect.instance(inertia, Dyadic, "an inertia dyadic", "Take body.inertia, or kn.inertia_about(bodies, point).")
     home = _frame_of(inertia, frame)

@@ -4,9 +4,9 @@
 `scaffold` makes systems without bodies: frames and points with speeds and constraints, of which kinematics alone is asked.
 
 Loads that are given by a function get places here: V(q, t) with F_r = −Σ_s ∂V/∂q_s W_sr, or R(q, q̇, t) with F_r = −∂R/∂u_r (Kane &
-Levinson 1985, sec. 5.1 and 5.3). What a function says of one coordinate is a force Q_s for its rate, v·F = Q_s q̇_s: a pair of torques
-where a frame of a body turns by the coordinate alone; else a force on a point that moves by it along the inertial frame's first axis,
-or a torque on a frame that turns by it.
+Levinson 1985, sec. 5.1 and 5.3). What a function says of one coordinate is a force Q_s for its rate, v·F = Q_s q̇_s: a pair of
+torques where a frame of a body turns by the coordinate alone; else a force on a point that moves by it along the inertial frame's
+first axis, or a torque on a frame that turns by it.
 """
 
 from __future__ import annotations
@@ -72,30 +72,31 @@ from kane.units.rules import parse
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class System(Declarations):
-    """A mechanical system: bodies, loads, speeds, constraints, reactions, in the inertial frame `inertial`.
+    """A mechanical system: bodies, loads, generalized speeds, constraints and reactions, declared for `kn.derive`.
 
     Parameters
     ----------
     inertial : Frame
         the root frame, in which Newton's laws hold
     bodies : sequence of RigidBody and Particle
-    speeds : mapping of Speed to its definition, affine in the rates, or "rates" for u = q̇ throughout; left out, the joints' own.
-        Under constraints the independent ones alone will do: rates of constraints, w1, w2, …, complete them, and vanish
-    loads : sequence of loads and gravity
-    reactions : reactions to bring into evidence
-    auxiliary_speeds : explicit auxiliary speeds
-    events : quantities to watch in simulations
-    coordinates : their order, if not that of the joints, then that of their first appearance
-    holonomic : configuration constraints f(q, t) = 0: from `kn.coincident`, `kn.distance`, …, or scalars that must vanish
-    nonholonomic : motion constraints, affine in the rates: from `kn.rolling`, `kn.no_slip`, or scalars that must vanish
-    dependent_coordinates : which coordinates the configuration constraints give, chosen by rank if left out
-    dependent_speeds : which speeds the constraints give, in the order in which they are to stand; chosen by rank if left out
-    joints : joints to be known by name; their coordinates and speeds come first, in this order. Where `speeds` defines the rates of
-        one otherwise, these definitions take their place
+    speeds : mapping of each Speed to its definition, affine in the rates q̇, or "rates" for u = q̇; by default the speeds of
+        `joints`. Under constraints the independent speeds suffice: further ones w1, w2, …, rates of constraints and therefore
+        zero, complete them
+    loads : loads and gravity, from `kn.Force`, `kn.linear_spring`, `kn.gravity`, …
+    reactions : noncontributing forces and torques to bring into evidence, from `kn.reaction`
+    auxiliary_speeds : explicit auxiliary speeds, from `kn.auxiliary_speed`
+    events : events of simulations, from `kn.Event`
+    coordinates : order of the coordinates; by default those of the joints, then the others as they first appear
+    holonomic : configuration constraints f(q, t) = 0, from `kn.coincident`, `kn.distance`, …, or expressions f
+    nonholonomic : motion constraints, affine in the rates, from `kn.rolling`, `kn.no_slip`, …, or expressions f
+    dependent_coordinates : the coordinates to solve the configuration constraints for; by default chosen by rank
+    dependent_speeds : the speeds to solve the constraints for, in their order; by default chosen by rank
+    joints : joints whose names `eom.reaction` and others take; their coordinates and speeds come first, in this order. If `speeds`
+        defines other speeds for the rates of a joint, these replace the joint's
     states : further states with their rates, {a: (e - a)/tau}: an activation, a current, the integral of a controller. Loads and
-        events may depend on them; rates may hold coordinates, their rates, speeds, states, parameters, inputs and time
-    contacts : contacts with friction and impacts, from `kn.contact`, `kn.joints.stop`, …. The system itself is that in which
-        none of them acts; `system.in_modes(…)` is that of other modes
+        events may depend on them; rates may contain coordinates, their rates, speeds, states, parameters, inputs and time
+    contacts : contacts with friction and impacts, from `kn.contact`, `kn.joints.stop`, …. In the system itself all are separated,
+        or without effect; `system.in_modes(…)` is the system in other modes
     """
 
     _other_names = MappingProxyType(
@@ -165,7 +166,7 @@ class System(Declarations):
 
     @property
     def rigid_bodies(self) -> tuple[RigidBody, ...]:
-        """The bodies with inertia."""
+        """The rigid bodies, without particles and beams."""
         return tuple(b for b in self.bodies if isinstance(b, RigidBody))
 
     @property
@@ -179,16 +180,16 @@ class System(Declarations):
         return tuple(c for c in self.constraints if c.kind == "motion")
 
     def replace(self, **changes: Any) -> System:
-        """The same system with some arguments of `System(…)` changed: `system.replace(speeds="rates")`."""
+        """A copy of the system with some arguments of `System(…)` changed: `system.replace(speeds="rates")`."""
         values = self._given()
         expect.none(sorted(changes.keys() - values.keys()), f"some of {', '.join(values)} to replace")
         return System(self.inertial, **(values | changes))
 
     def in_modes(self, modes: Mapping[ContactLaw | str, ContactMode | str] | Sequence[ContactMode]) -> System:
-        """The system where contacts do what `modes` says: those left out are separated, or stick where they have no gap.
+        """The system with contacts in given modes, {contact: "stick"}; those left out are separated, or stick if they have no gap.
 
-        Its constraints hold what is closed and what sticks, its loads are the friction of what slips, its reactions the forces of
-        both, and its events end the mode.
+        Closed gaps and sticking slips become constraints with their forces as reactions, friction of slipping contacts becomes
+        loads, and events mark the end of the mode.
         """
         every, values = given_modes(self.contacts, modes), self._given()
         added = additions(self.contacts, every)
@@ -196,7 +197,7 @@ class System(Declarations):
         return own._remade(contacts=self.contacts, modes=every)
 
     def quietly(self, **changes: Any) -> System:
-        """The same system without its contacts, other arguments changed; of what is doubtful in it the system itself has warned."""
+        """A copy of the system without its contacts and with other arguments changed; it repeats no warnings."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", KaneWarning)
             return self.replace(contacts=(), **changes)
@@ -211,11 +212,11 @@ class System(Declarations):
         return {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": loads}
 
     def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
-        """The same system by other generalized speeds, made of its own and not checked; none is dependent."""
+        """A copy of the system with other generalized speeds, all independent; the definitions are not checked."""
         return self._remade(speeds=speeds, dependent_speeds=())
 
     def with_loads(self, loads: Sequence[Load]) -> System:
-        """The same system with other loads beside gravity, made of its own and not checked."""
+        """A copy of the system with other loads, gravity apart; they must use its symbols, frames and points, which is not checked."""
         return self._remade(loads=tuple(loads))
 
     def _remade(self, **changes: Any) -> System:
@@ -234,7 +235,7 @@ class System(Declarations):
         raise ModelError(f"Expected the name of a joint, body, frame, point or load, one of {known}")
 
     def all_loads(self) -> tuple[Load, ...]:
-        """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""
+        """All loads, gravity as one force for each body with the potential −Σ m g·r."""
         return (*(gravity_load(g, self.bodies) for g in self.gravities), *self.loads)
 
     _repr_html_ = show.html
@@ -307,8 +308,8 @@ def scaffold(
     inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
     system = object.__new__(System)
     Declarations.__init__(
-        system, inertial, (), definitions, {}, (), (), Symbols(()), Symbols(()), (), ordered, constraints, Symbols(()), dependent, (),
-        euler, parameters, inputs, frames, points,
+        system, inertial, (), definitions, {}, (), (), Symbols(()), Symbols(()), (), ordered, constraints, Symbols(()), dependent,
+        (), euler, parameters, inputs, frames, points,
     )  # fmt: skip
     check_units(system, symbols)
     return system

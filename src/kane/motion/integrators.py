@@ -28,12 +28,12 @@ class _Named(Attributes):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdaptiveStep(_Named):
-    """Options of an integrator that chooses its steps: those that are None are as `simulate` has them.
+    """Options of an integrator with adaptive steps; None stands for the default of `kn.simulate`.
 
     Attributes
     ----------
-    rtol, atol : relative and absolute tolerance of a step's error, the latter in the units of coordinates and speeds
-    max_step : the longest step (s)
+    rtol, atol : relative and absolute tolerance of the error of a step, the latter in the units of coordinates and speeds
+    max_step : the largest step (s)
     first_step : the length of the first step (s)
     """
 
@@ -45,25 +45,25 @@ class AdaptiveStep(_Named):
 
 @dataclass(frozen=True, slots=True)
 class FixedStep(_Named):
-    """Options of an integrator whose steps are of one length.
+    """Options of an integrator with a fixed step size.
 
     Attributes
     ----------
-    step : that length (s)
+    step : the step size (s)
     """
 
     step: float
 
 
 class Auto(AdaptiveStep):
-    """The integrator that the motion asks for: machine code wherever it can run it, an implicit one where equations are stiff."""
+    """The integrator is chosen for the motion: one in machine code where possible, and an implicit one for stiff equations."""
 
     __slots__ = ()
     name = AUTO
 
 
 class Gauss16(AdaptiveStep):
-    """Collocation at Gauss's eight nodes, order 16: all stages in one call, eight states at once.
+    """Gauss collocation with eight stages, order 16; all stages are evaluated together in vector instructions.
 
     Source: Hairer, Lubich & Wanner, *Geometric Numerical Integration*, 2nd ed. 2006, sec. II.1.3.
     """
@@ -73,7 +73,7 @@ class Gauss16(AdaptiveStep):
 
 
 class Dop853(AdaptiveStep):
-    """Dormand and Prince's explicit method of order 8 in machine code, with dense output of order 7.
+    """The explicit Runge–Kutta method of order 8 by Dormand and Prince in machine code, with dense output of order 7.
 
     Source: Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. 1993, sec. II.5, II.6.
     """
@@ -83,7 +83,7 @@ class Dop853(AdaptiveStep):
 
 
 class Tsitpap8(AdaptiveStep):
-    """Tsitouras and Papakostas' explicit method of order 8: few evaluations at loose tolerances.
+    """The explicit Runge–Kutta method of order 8 by Tsitouras and Papakostas, efficient at loose tolerances.
 
     Source: Tsitouras & Papakostas, *Cheap error estimation for Runge–Kutta methods*, SIAM J. Sci. Comput. 20 (1999) 2067–2088.
     """
@@ -93,7 +93,7 @@ class Tsitpap8(AdaptiveStep):
 
 
 class Vern9(AdaptiveStep):
-    """Verner's explicit method of order 9, with dense output of order 8.
+    """The explicit Runge–Kutta method of order 9 by Verner, with dense output of order 8.
 
     Source: Verner, *Numerically optimal Runge–Kutta pairs with interpolants*, Numerical Algorithms 53 (2010) 383–396.
     """
@@ -103,7 +103,7 @@ class Vern9(AdaptiveStep):
 
 
 class Tsit5(AdaptiveStep):
-    """Tsitouras' explicit method of order 5.
+    """The explicit Runge–Kutta method of order 5 by Tsitouras.
 
     Source: Tsitouras, *Runge–Kutta pairs of order 5(4) satisfying only the first column simplifying assumption*, Computers &
     Mathematics with Applications 62 (2011), sec. 3.2.
@@ -114,7 +114,7 @@ class Tsit5(AdaptiveStep):
 
 
 class Radau9(AdaptiveStep):
-    """Collocation at Radau's five nodes, order 9, for stiff equations, with exact derivatives.
+    """Radau IIA collocation with five stages, order 9, for stiff equations, with exact derivatives.
 
     Source: Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. 1996, sec. IV.8.
     """
@@ -124,7 +124,7 @@ class Radau9(AdaptiveStep):
 
 
 class Rk4(FixedStep):
-    """The classical explicit method of Runge and Kutta, order 4, at steps of one length.
+    """The classical explicit Runge–Kutta method, order 4, with a fixed step size.
 
     Source: Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. 1993, sec. II.1.
     """
@@ -134,7 +134,7 @@ class Rk4(FixedStep):
 
 
 class Midpoint(FixedStep):
-    """The implicit midpoint rule, order 2 and symplectic, at steps of one length.
+    """The implicit midpoint rule, order 2 and symplectic, with a fixed step size.
 
     Source: Hairer, Lubich & Wanner, *Geometric Numerical Integration*, 2nd ed. 2006, sec. II.1.3.
     """
@@ -179,7 +179,7 @@ class ScipyBDF(AdaptiveStep):
 
 
 class Lsoda(AdaptiveStep):
-    """LSODA through SciPy, which goes over to a method for stiff equations and back, stepped from Python."""
+    """SciPy's LSODA, which switches between methods for stiff and nonstiff equations, stepped from Python."""
 
     __slots__ = ()
     name = "LSODA"

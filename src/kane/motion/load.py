@@ -29,18 +29,19 @@ _APART = 1.0
 
 
 def load_solution(path: Any, system: Equations | System) -> Solution:
-    """The solution that `sol.save(path)` wrote, a file .npz or .zarr.
+    """Read the solution that `sol.save(path)` wrote, a file .npz or .zarr.
 
-    A file holds numbers; what they are of is said by the equations, or the system, which is derived. It must be the system that was
-    simulated: all that it declares is compared, its masses and loads, the units and defaults of its parameters. The parameters of the
-    solution are those that it was simulated with. Of inputs the values at the samples are kept.
+    A file contains numbers alone; give the equations of the simulated system, or the system, which is then derived. Its
+    declarations must agree with those at the time of saving: masses, loads, units and defaults of parameters. The parameters of
+    the solution are those of the simulation. Inputs are known by their values at the samples.
 
     Raises
     ------
     SolutionFileError
-        if the file is cut off, damaged or changed, of another version, or of another system, and it says what differs
+        if the file is incomplete, damaged, modified, of a different version, or of a different system; the message names the
+        difference
     ArgumentError
-        if `path` is no path, or `system` neither Equations nor a System
+        if `path` is not a path, or `system` neither Equations nor a System
     """
     path = path_of(path, 'kn.load_solution("run.npz", eom)')
     if not isinstance(system, Equations | System):

@@ -34,12 +34,13 @@ def prepare(
     settings: Settings | None = None,
     check: Sequence[Any] = (),
 ) -> "Prepared":
-    """`run = kn.prepare(eom, span, …)`: then `run(q=…, u=…, parameters=…)` is the motion that `kn.simulate` gives, bit for bit.
+    """Prepare repeated simulations: `run = kn.prepare(eom, span, …)`, then `run(q=…, u=…, parameters=…)` as often as needed.
 
-    What is the same for all starts is done once: options checked, machine code compiled and bound to its arrays. A call then costs the
-    steps and some 40 µs, where a kernel runs the motion by itself: inputs are numbers, or expressions without parameters, and no event
-    acts by a function of Python (`run.in_one_call` says so). Starts on constraints are sought by iteration, which takes some
-    milliseconds the first time; deflections of beams are looked at after each motion. Other motions are simulated as by `kn.simulate`.
+    Each call returns the same motion as `kn.simulate`, bit for bit, but options are checked and code is compiled only once. The
+    overhead of a call is some 40 µs if machine code runs the whole motion (`run.in_one_call`): inputs are numbers, or expressions
+    without parameters, and no event has a Python function as its action. Initial states on constraints are found by iteration,
+    which takes some milliseconds at the first call; deflections of beams are checked after each motion. Other motions take as long
+    as with `kn.simulate`.
 
     Parameters
     ----------
@@ -52,8 +53,9 @@ def prepare(
     Returns
     -------
     Prepared
-        `run(q, u, states=None, parameters=None)` is a Solution; values are given by symbol or name, or in order, and parameters that
-        are left out take their defaults. It has `equations`, `span` and `in_one_call`. Threads may call it at the same time
+        `run(q, u, states=None, parameters=None)` returns a Solution; values are given by symbol or name, or in order, and
+        parameters left out take their defaults. Attributes are `equations`, `span` and `in_one_call`. Threads may call it at the
+        same time
 
     Raises
     ------

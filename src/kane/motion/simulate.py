@@ -75,48 +75,53 @@ def simulate(
     check: Sequence[Any] = (),
     states: Mapping[Any, float] | Sequence[float] | Array | None = None,
 ) -> Solution:
-    """The motion from `span[0]` to `span[1]` (s).
+    """Integrate the equations of motion from `span[0]` to `span[1]` (s).
 
-    The power of the loads without a potential is integrated with the state, so that `sol.energy_check` holds the integration to
-    the energy; a motion that does not keep it warns. Terminal events of the system end the motion; where the right-hand side becomes
-    infinite or NaN, or a constraint cannot be kept, it stops, and the solution holds what there is.
+    The power of loads without potential is integrated with the state, so that `sol.energy_check` can compare it with the change of
+    energy; a warning is given if they disagree. Terminal events of the system end the motion. If the right-hand side becomes
+    infinite or NaN, or a constraint cannot be satisfied, the motion stops there, and the solution contains the part before.
 
     Parameters
     ----------
     eom : Equations
-    span : (float, float), or the end alone where the motion goes on from `start`
-    q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`; 0 for all at zero
-    rates : the rates of the coordinates at the start, by coordinate, in place of `u`
-    start : a `kn.State`, in place of q, u, states, parameters, inputs and t; or a motion to go on from: from its end and with its
-        work, parameters, inputs, tolerances and, unless it comes from a file, its other options, so far as none are given here. Its
-        equations may have other loads and constraints, if bodies and speeds are the same. `sol + more` is the whole
+    span : (start, end), s; or the end alone if the motion continues `start`
+    q, u : initial values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`; 0 sets all to zero
+    rates : initial rates q̇, by coordinate, instead of `u`
+    start : a `kn.State` instead of q, u, states, parameters, inputs and t; or a Solution to continue from its end, with its work,
+        parameters, inputs, tolerances and (unless it was read from a file) other options, except for those given here. The
+        equations may have other loads and constraints, with the same bodies and speeds. `sol + more` joins both
     parameters : values by symbol or name; those left out take their defaults
-    inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
-        f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
-    t : the time of the start values, if they come with one: the span must begin there
-    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsitpap8", "vern9", "tsit5", for stiff
-        equations "radau9", and at steps of the length max_step "rk4" and the symplectic "midpoint"), one of SciPy's "RK23", "RK45",
-        "DOP853", "Radau", "BDF", "LSODA", or "cvode" of SUNDIALS, for stiff equations (`pip install 'kane[stiff]'`). "auto" takes
-        machine code where constraints do not bend and no tables jump; `sol.method` says which ran. Or a record of an integrator and
-        its options in place of the keywords, `kn.Gauss16(rtol=1e-10)`: see `kn.integrators`
-    rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds; 1e-9 unless told
-    samples : how many evenly spaced times to return, or the times; the start and the end always come too
-    max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
-    max_seconds : after what time by the clock to stop
-    max_step : the longest step (s): what an input does within an eighth of a step may be leapt over; where inputs are functions in
-        Python and no breakpoints are named, 1/256 of the span unless told
-    first_step : the length of the first step (s); unless told, one over which an Euler step and the change of rates are small
-    breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
-    settings : how to compile
-    states : start values of further states, by symbol or name, or in the order of `eom.states`; those left out take their defaults
-    check : integrals, such as `eom.integrals`, and expressions that must stay constant: a motion along which one does not warns
+    inputs : for each input a number, an expression in time, parameters, coordinates and speeds, a `kn.signal`, a table over time, a
+        function f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
+    t : time of the initial values (s); if given, the span must start there
+    method : "auto" by default. In machine code: "gauss16", "dop853", "tsitpap8", "vern9", "tsit5", for stiff equations "radau9",
+        with a fixed step max_step "rk4" and the symplectic "midpoint". From SciPy: "RK23", "RK45", "DOP853", "Radau", "BDF",
+        "LSODA". From SUNDIALS, for stiff equations: "cvode" (`pip install 'kane[stiff]'`). "auto" takes machine code unless
+        constraints have corners or tables jump; `sol.method` is the method used. Or an integrator with its options,
+        `kn.Gauss16(rtol=1e-10)`, instead of the keywords: see `kn.integrators`
+    rtol, atol : relative and absolute tolerance, the latter in the units of coordinates and speeds; 1e-9 by default
+    samples : number of evenly spaced times to return, or the times; start and end are always included
+    max_steps : number of steps to stop after; by default a million, or 10,000 that together advance by less than 1e-4 of the span
+    max_seconds : elapsed real time (s) to stop after
+    max_step : largest step (s); changes of inputs within an eighth of a step may be missed. By default 1/256 of the span if inputs
+        are Python functions and no `breakpoints` are given
+    first_step : length of the first step (s); by default estimated from the rates and their change
+    breakpoints : times (s) at which loads or inputs jump or switch; steps end there, and the integrator restarts
+    settings : a `kn.Settings` for the compiled code
+    states : initial values of further states, by symbol or name, or in the order of `eom.states`; those left out take their
+        defaults
+    check : integrals, such as `eom.integrals`, and expressions that should be constant; a warning is given if one of them is not
+
+    Returns
+    -------
+    Solution
 
     Raises
     ------
     ValueMissingError
-        if a start value, parameter or input is missing or unknown
+        if an initial value, parameter or input is missing, or a name is unknown
     SimulationError
-        if the start is not admissible, or the integration fails
+        if the initial state is not admissible, or the integration fails
     """
     check_equations(eom)
     checking_functions(eom.derived, check)

@@ -43,7 +43,7 @@ MODE_COLOURS = {
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """A motion, or several, ready to be shown: in a notebook by itself, else by `save`."""
+    """An animation of one or several motions, from `kn.figures.animate`; notebooks display it, and `save` writes a file."""
 
     solutions: tuple[Solution, ...]
     scene: Scene
@@ -53,29 +53,29 @@ class Animation:
 
     @cached_property
     def model(self) -> DrawnModel:
-        """The parts that are drawn."""
+        """The parts to draw."""
         return model(self.scene, self.courses[0].poses, _up(self.scene, self.courses[0].poses))
 
     @cached_property
     def camera(self) -> dict[str, Any]:
-        """Where it is looked from at first."""
+        """The initial position of the camera."""
         front = _front(self.scene, self.courses[0], self.model.up)
         return {"front": front.tolist(), "azimuth": 0.45, "height": 0.28}
 
     @cached_property
     def low(self) -> float:
-        """The height of a floor below everything."""
+        """The height of the floor, below all parts throughout the motion."""
         return lowest(self.scene, self.model, self.courses)
 
     @property
     def played(self) -> float:
-        """Seconds in which it is played."""
+        """Duration of the animation (s)."""
         return _played(float(self.courses[0].times[-1] - self.courses[0].times[0]))
 
     def part(self, extra: Array | None = None, words: Iterable[str] = ()) -> Markup:
-        """The markup of the viewer, without its style and script; `extra` are further columns of the first motion's rows.
+        """The HTML of the viewer, without its style and script; `extra` are further columns of data of the first motion.
 
-        `words` are what contacts may do beside what they do in this motion.
+        `words` are modes of contacts to include in the legend in addition to those in the motion.
         """
         courses = self.courses if extra is None else (replace(self.courses[0], extra=extra), *self.courses[1:])
         data = page_data(self.scene, self.model, courses, self.traces, self.camera)
@@ -100,7 +100,7 @@ class Animation:
         return result
 
     def html(self) -> str:
-        """One page that needs nothing else."""
+        """A self-contained HTML page."""
         css, js = (asset(name, "templates") for name in ("viewer.css", "viewer.js"))
         given = {"title": _label(self.scene), "css": Markup(css), "carried": carried("", js)}
         page = environment().get_template("animation.html")
@@ -117,14 +117,14 @@ class Animation:
         Raises
         ------
         ArgumentError
-            if the path ends in something else, or a file of that name was not written by `kane`
+            if the path has a different ending, or is that of a file not written by `kane`
         """
         place = path_of(path, 'kn.animate(sol, "motion.html")')
         exchange_marked(place, partial(self._writer(place), self), *_MARKS)
         return place
 
     def write(self, path: Path) -> None:
-        """Fill a file, whatever is in it, as its ending says."""
+        """Write a file in the format of its ending, whatever its present content."""
         self._writer(path)(self, path)
 
     def _writer(self, path: Path) -> Callable[[Animation, Path], object]:
@@ -146,27 +146,29 @@ def animate(
     traces: Iterable[Point] = (),
     autoplay: bool = True,
 ) -> Animation:
-    """A motion to look at: bodies with their shapes, to turn, play and step through.
+    """Animate a motion in three dimensions: bodies with their shapes, to rotate, play and step through.
 
     Parameters
     ----------
-    solution : a motion, from `simulate`, one from a file at its samples; of several, of one system, the others are ghosts, but in glTF
-    path : file to write: `.html` (one file that needs nothing else), `.glb`, `.gif`, `.png`, `.mp4`
-    shapes : of bodies and of what is beside them, from `kn.figures.shape`; else as inertias, points, joints and contacts tell
+    solution : a motion, from `kn.simulate`; one read from a file is shown at its samples. Of several motions of one system, all
+        but the first are pale "ghosts", and glTF has the first alone
+    path : file to write: `.html` (self-contained), `.glb`, `.gif`, `.webp`, `.png`, `.mp4`
+    shapes : shapes of bodies and surroundings, from `kn.figures.shape`; by default derived from inertias, points, joints and
+        contacts
     traces : points whose paths are drawn, in pages and pictures
-    autoplay : whether the page plays at once, where the reader has not asked for less motion
+    autoplay : whether the page plays at once, unless the reader's system asks for reduced motion
 
     Returns
     -------
     Animation
-        which a notebook shows, with `save(path)`
+        displayed by notebooks; `save(path)` writes it
 
     Raises
     ------
     ArgumentError
-        if there is no motion, or the file cannot be written
+        if `solution` is not a motion, or the file cannot be written
     ModelError
-        if the shapes are of other bodies, or the file of a mesh cannot be read
+        if shapes belong to bodies of another system, or the file of a mesh cannot be read
     """
     solutions = [solution] if not isinstance(solution, Sequence) else list(solution)
     if not solutions or not all(isinstance(s, Solution) for s in solutions):

@@ -32,7 +32,7 @@ _KINDS = dict(zip(("fold", "flip", "torus"), COLOURS[1:], strict=False))
 
 
 def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure:
-    """The energies of a motion; the power of the loads without potential beside dE/dt; what is left of E − E(0) − ∫P dt.
+    """Plot the energies of a motion, the power of loads without potential beside dE/dt, and the residual E − E(0) − ∫P dt.
 
     Parameters
     ----------
@@ -81,14 +81,14 @@ def _balance(run: PlottedRun) -> list[Panel]:
 
 
 def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None = None) -> Figure:
-    """Limit cycles along a branch: the least and the greatest value of quantities over a cycle, and the period, against the parameter.
+    """Plot a branch of limit cycles: minimum and maximum of quantities over a cycle, and the period, against the parameter.
 
-    Lines are full where cycles are stable, dashed where not; folds, flips and tori are marked.
+    Lines are solid for stable cycles and dashed for unstable ones; folds, flips and torus bifurcations are marked.
 
     Parameters
     ----------
     branch : from `cycle.follow`
-    quantities : what motions take, `sol[…]`, with one value each, or mappings from labels to these; without any, the coordinates
+    quantities : scalar quantities as for `sol[…]`, or mappings {label: quantity}; by default the coordinates
     path : file to write, `.png`, `.svg` or `.pdf`
 
     Raises

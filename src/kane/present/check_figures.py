@@ -21,9 +21,9 @@ from kane.present.languages.catalogue import N_, tr
 
 @dataclass(frozen=True, slots=True)
 class Check(Attributes):
-    """What was compared, the figure found and the most that passes; NaN fails.
+    """A check of equations for reports: its `name`, the `figure` found (NaN fails) and the `limit` that it must not exceed.
 
-    `detail` says what the figure is: which two routes, at how many states.
+    `detail` describes the figure: for instance the two methods compared, and at how many states.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Check(Attributes):
 
     @property
     def passed(self) -> bool:
-        """Whether the figure is within its limit."""
+        """Whether `figure` is at most `limit`."""
         return self.figure <= self.limit
 
     def __str__(self) -> str:

@@ -46,33 +46,33 @@ def plot(
     path: str | Path | None = None,
     ax: Axes | None = None,
 ) -> Figure:
-    """Quantities against time, or y against x; without any: coordinates, speeds, reactions and energy.
+    """Plot quantities against time, or y against x; by default coordinates, speeds, reactions and energy against time.
 
-    Quantities of one unit share a panel unless they differ in size by more than a thousand. Lines are the motion itself: where
-    samples are so few that corners would be seen, more are read off the integrator's polynomials (`sol.at`); where that cannot
-    be, as of a motion from a file, the samples are marked by dots. What is zero, or a sum of which rounding alone is left (1e-12
-    of the size of its terms), is named in the legend and not drawn.
+    Quantities of the same unit share a panel unless their magnitudes differ by more than a factor of 1000. If samples are too
+    coarse for smooth lines, more points are computed with the integrator's interpolation (`sol.at`); if this is impossible, as for
+    a motion from a file, dots mark the samples. Quantities that are zero to rounding (1e-12 of the size of their terms) are named
+    in the legend and not drawn.
 
     Parameters
     ----------
-    solution : a motion, from `simulate`, or passages of a section, from `poincare`; or several to compare: a list, or a mapping
-        from labels
-    quantities : symbols, expressions, vectors (by components along the inertial frame), names; a tuple (x, y) of two of them draws
-        y against x; mappings from labels to these; or lists of them, as if these stood alone
-    path : file to write, `.png`, `.svg` or `.pdf`; missing folders are made, and a file that `plot` wrote is replaced, nothing else
-    ax : matplotlib's axes to draw on instead of a new figure; then everything shares them
+    solution : a motion, from `kn.simulate`, or section points, from `kn.cycles.poincare`; or several to compare, as a list or as a
+        mapping {label: motion}
+    quantities : symbols, expressions, vectors (by components along the inertial axes), or names; a tuple (x, y) of two of these
+        plots y against x; a mapping {label: quantity} sets labels; or lists of these
+    path : file to write, `.png`, `.svg` or `.pdf`; missing folders are created. An existing file is replaced if `plot` wrote it
+    ax : matplotlib axes to plot all quantities into, instead of a new figure
 
     Returns
     -------
-    The figure, to change or to save as any of matplotlib's.
+    The matplotlib figure, to modify or save.
 
     Raises
     ------
     ArgumentError
-        if the path ends in something else, something else than a figure of `plot` has that name, a tuple is not (x, y), or
-        quantities against time and against others are to share axes
+        if the path has a different ending, or is that of a file not written by `plot`; if a tuple is not (x, y), or if quantities
+        against time and against others would share axes
     ValueMissingError
-        if the motion knows no such name
+        if a name is unknown
     """
     runs = runs_of(solution)
     place = file_path(path, 'kn.plot(sol, path="motion.svg")')

@@ -19,13 +19,14 @@ _NUMBERS = 12
 
 
 def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
-    """What is left of each column of the data over time, beside a band of ±2 σ, and the correlation of the estimates.
+    """Plot the residuals of a fit over time, with a band of ±2 σ for each column of data, and the correlation of the estimates.
 
-    Residuals that are no noise say that the model is not right; estimates whose correlation is near ±1 are held apart by little.
+    Residuals that are not noise indicate errors of the model; estimates with a correlation near ±1 are hardly distinguished by the
+    data.
 
     Parameters
     ----------
-    fit : from `kn.fit`; of several sets of data each has a colour
+    fit : from `kn.fitting.fit`; each of several sets of data has its own colour
     path : file to write, `.png`, `.svg` or `.pdf`
 
     Raises

@@ -27,7 +27,7 @@ _NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist", "g": "v by shear", "
 
 
 def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
-    """The functions of a beam's deformations against ξ = x/L, one picture a deformation, each function to a size of 1.
+    """Plot the shape functions of a beam against ξ = x/L, scaled to a maximum of 1, with one panel for each kind of deformation.
 
     Parameters
     ----------
@@ -53,21 +53,21 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
 def beam_figure(
     beam: Beam, solution: Solution, times: Sequence[float] | int = 9, path: str | Path | None = None
 ) -> Figure:
-    """The deformed axis of a beam in its frame at times of a motion: deflections against the place along the axis.
+    """Plot the deformed axis of a beam, in its frame, at several times of a motion: deflections against the position along the axis.
 
     Parameters
     ----------
     beam : kn.Beam
     solution : a motion of a system with this beam
-    times : times (s), or how many, evenly spaced
-    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
+    times : times (s), or the number of evenly spaced times
+    path : file to write, `.png`, `.svg` or `.pdf`; an existing file is replaced if it is such a figure
 
     Raises
     ------
     ModelError
-        if it is no beam
+        if `beam` is not a Beam
     SimulationError
-        if the beam is not in the solution's system, or a time not in the motion
+        if the beam does not belong to the solution's system, or a time is outside the motion
     """
     expect.instance(beam, Beam, "a kn.Beam")
     place = file_path(path, 'kn.figures.beam_figure(beam, sol, path="beam.svg")')

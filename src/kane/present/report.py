@@ -58,36 +58,36 @@ def report(
     notes: Sequence[Any] = (),
     language: str = "en",
 ) -> Path:
-    """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
+    """Write a report of a derivation to `path`, and return the path; an existing file is replaced if it is a report.
 
-    A sketch, what was declared, a chapter for each of the seven steps with its formulas and where their terms come from, what
-    other methods would have to solve, the operations that one evaluation costs, checks with their figures and, with
-    a solution, checks and plots of the motion. HTML is one self-contained file; beside LaTeX and Markdown lie their
-    figures, whose names begin with that of the report.
+    It contains a sketch, the declarations, a chapter for each of the seven steps with its formulas and the origin of their terms, a
+    comparison with other methods, numbers of operations, checks with their results and, with a solution, checks and plots of the
+    motion. HTML is one self-contained file; LaTeX and Markdown have their figures in files beside, with the name of the report as
+    prefix.
 
     Parameters
     ----------
     eom : Equations
-    path : where to write, .html, .tex or .md; missing folders are made
-    format : "html", "latex" or "markdown"; by default what the path's ending says, without one HTML
-    solution : a motion of the same equations
-    title : heading; by default the bodies' names
-    sources : where the system comes from, a line each
-    checks : figures to show, each with its limit
-    shapes : of bodies, from `kn.figures.shape`, for the sketch
-    why : whether there is a chapter on the same system by Lagrange's and by Newton's and Euler's equations; by default where that
-        takes no time to speak of
-    linearization : from `kn.linearize`, for chapters on its operating point with the reactions there, its matrices and its eigenvalues
-    root_locus : from `kn.analysis.continuation`, for a chapter on its eigenvalues as the value changes
-    notes : what else the reader is told, at the end: Markdown as text, with LaTeX between dollar signs; figures of matplotlib;
-        Paths of pictures, .svg or .png. HTML in the text is shown as text
-    language : "en" or "ko", of all texts but what is given; LaTeX is written in English alone
+    path : file to write, .html, .tex or .md; missing folders are created
+    format : "html", "latex" or "markdown"; by default by the ending of the path, or HTML without an ending
+    solution : a motion of the same equations, from `kn.simulate`
+    title : heading; by default the names of the bodies
+    sources : references for the system, one line each
+    checks : `kn.figures.Check` records to show, each with its limit
+    shapes : shapes of bodies for the sketch, from `kn.figures.shape`
+    why : whether to include a chapter on the same system by Lagrange's and by the Newton–Euler equations; by default if this takes
+        little time
+    linearization : a result of `kn.linearize`, for chapters on the operating point with its reactions, the matrices and eigenvalues
+    root_locus : a result of `kn.analysis.continuation`, for a chapter on the eigenvalues along the branch
+    notes : additional content at the end: strings in Markdown, with LaTeX between dollar signs; matplotlib figures; Paths of
+        pictures, .svg or .png. HTML in strings is shown as plain text
+    language : "en" or "ko", for all texts but the given ones; LaTeX is available in English alone
 
     Raises
     ------
     ArgumentError
-        if there are no equations, the solution, linearization or branch is one of other equations, format or language is none of
-        these, something else than a report, or a figure of one, has that name, or a note is no text, figure or picture
+        if `eom` is not Equations; if the solution, linearization or branch belongs to different equations; if format or language is
+        unknown; if the path is that of a different kind of file; or if a note is not a string, figure or picture
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
     form = FORMATS[format_of(target, format)]

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 
 class Rotation(Immutable):
-    """The rotation that takes a frame A to a frame B, of symbols, of numbers, or an array of rotations of numbers.
+    """The orientation of a frame B in a frame A: symbolic, numerical, or an array of numerical rotations.
 
-    It is made by one of `from_…`, and read by any: `direction_cosines` ᴬCᴮ with v_A = ᴬCᴮ v_B, `euler_parameters`,
-    `rodrigues_parameters`, `axis_angle` and `angles(sequence)`. `R @ S` is R, then S about the axes of B: ᴬCᴮ ᴮC^C. Symbols give
-    Matrix and tuples of expressions, numbers give arrays, (…, 3, 3) and (…, n) of rotations of shape (…).
+    A `from_…` method makes it; `direction_cosines` ᴬCᴮ with v_A = ᴬCᴮ v_B, `euler_parameters`, `rodrigues_parameters`, `axis_angle`
+    and `angles(sequence)` return it in any form. `R @ S` is R, then S about the axes of B: ᴬCᴮ ᴮC^C. Symbols give a Matrix and tuples
+    of expressions, numbers give arrays: (…, 3, 3) and (…, n) for rotations of shape (…).
 
     Angles are in rad. Sources: Kane & Levinson 1985, sec. 1.2, appendices I and II; Kane, Likins & Levinson 1983, *Spacecraft
     Dynamics*, sec. 1.1 to 1.8.
@@ -71,12 +71,12 @@ class Rotation(Immutable):
 
     @classmethod
     def from_direction_cosines(cls, cosines: Any) -> Rotation:
-        """By ᴬCᴮ, 3 × 3 or (…, 3, 3): column j has the j-th unit vector of B along the axes of A; numbers are made orthonormal.
+        """From ᴬCᴮ, 3 × 3 or (…, 3, 3): column j is the j-th unit vector of B along the axes of A; numbers are made orthonormal.
 
         Raises
         ------
         SpaceError
-            if numbers are no right-handed orthonormal matrix to 1e-8
+            if a numerical matrix is not orthonormal and right-handed within 1e-8
         """
         c = _entries(cosines, (3, 3), "direction cosines")
         if formulas.symbolic(c):
@@ -89,7 +89,7 @@ class Rotation(Immutable):
 
     @classmethod
     def from_euler_parameters(cls, parameters: Any) -> Rotation:
-        """By (e0, e1, e2, e3), e0 = cos θ/2 the scalar one, e0² + e1² + e2² + e3² = 1, or (…, 4)."""
+        """From Euler parameters (e0, e1, e2, e3), e0 = cos θ/2 the scalar one, e0² + e1² + e2² + e3² = 1; four, or (…, 4)."""
         e = _entries(parameters, (4,), "Euler parameters")
         if not formulas.symbolic(e):
             e = formulas.upward(_unit(e, "Euler parameters"))
@@ -97,14 +97,14 @@ class Rotation(Immutable):
 
     @classmethod
     def from_rodrigues_parameters(cls, parameters: Any) -> Rotation:
-        """By ρ = λ tan θ/2, 3 or (…, 3); half turns have none."""
+        """From Rodrigues parameters ρ = λ tan θ/2, three, or (…, 3); half turns (θ = π) have none."""
         rho = _entries(parameters, (3,), "Rodrigues parameters")
         one = np.ones_like(rho[..., :1])
         return cls._of(None, lambda: (np.concatenate([one, rho], axis=-1), False), rodrigues=rho)
 
     @classmethod
     def from_axis_angle(cls, axis: Any, angle: Any) -> Rotation:
-        """By the unit vector λ of an axis fixed in A and in B, 3 measure numbers or (…, 3), and the angle: a simple rotation."""
+        """From a simple rotation by `angle` (rad) about a unit vector λ fixed in A and B: three measure numbers, or (…, 3)."""
         n, theta = _entries(axis, (3,), "the axis"), _entries(angle, (), "the angle")
         if formulas.symbolic(n) or formulas.symbolic(theta):
             n, theta = n.astype(object), theta.astype(object)
@@ -119,9 +119,9 @@ class Rotation(Immutable):
 
     @classmethod
     def from_angles(cls, sequence: str, angles: Any, *, space: bool = False) -> Rotation:
-        """By three angles about the axes "xyz", "zxz" or "123", "313", …: those of the turning frame, with `space=True` those of A.
+        """From three successive rotations about axes "xyz", "zxz" or "123", "313", … of the turning frame, or of A with `space=True`.
 
-        The 24 sequences of appendix I: body-three, body-two, space-three, space-two. `angles` are 3, or (…, 3).
+        All 24 sequences of appendix I are known: body-three, body-two, space-three, space-two. `angles` (rad) are three, or (…, 3).
         """
         given = _entries(angles, (3,), "three angles")
         if given.ndim == 1:
@@ -143,7 +143,7 @@ class Rotation(Immutable):
 
     @classmethod
     def from_frames(cls, a: Frame, b: Frame) -> Rotation:
-        """That of frame b in frame a."""
+        """The orientation of frame `b` in frame `a`."""
         c = np.array(a.dcm(b).rows, dtype=object)
         return cls._of(lambda: c, None)
 
@@ -162,12 +162,12 @@ class Rotation(Immutable):
 
     @property
     def is_symbolic(self) -> bool:
-        """Whether it is made of expressions."""
+        """Whether the rotation is symbolic."""
         return formulas.symbolic(self._cosines if self._parameters_by is None else self._homogeneous[0])
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of an array of rotations, () of a single one."""
+        """The shape of an array of rotations; () for a single rotation."""
         return self._cosines.shape[:-2] if self._parameters_by is None else self._homogeneous[0].shape[:-1]
 
     @cached_property
@@ -187,25 +187,25 @@ class Rotation(Immutable):
 
     @property
     def direction_cosines(self) -> Any:
-        """ᴬCᴮ, v_A = ᴬCᴮ v_B: a Matrix of expressions, or an array (…, 3, 3)."""
+        """Direction cosines ᴬCᴮ, v_A = ᴬCᴮ v_B: a Matrix of expressions, or an array (…, 3, 3)."""
         return Matrix(self._cosines) if self.is_symbolic else self._cosines.copy()
 
     @property
     def euler_parameters(self) -> Any:
-        """(e0, e1, e2, e3) = (cos θ/2, λ sin θ/2); of numbers the first that is not zero is above zero.
+        """Euler parameters (e0, e1, e2, e3) = (cos θ/2, λ sin θ/2); for numbers, the first nonzero one is positive.
 
-        Of symbols given by direction cosines they hold below half a turn, where e0 > 0.
+        Expressions made from symbolic direction cosines are valid for θ < π, where e0 > 0.
         """
         return _read(self._parameters)
 
     @property
     def rodrigues_parameters(self) -> Any:
-        """ρ = λ tan θ/2 = (e1, e2, e3)/e0.
+        """Rodrigues parameters ρ = λ tan θ/2 = (e1, e2, e3)/e0.
 
         Raises
         ------
         SpaceError
-            of a half turn, which has none
+            if θ = π, where they do not exist
         """
         rho = self._given.get("rodrigues")
         if rho is None:
@@ -220,7 +220,7 @@ class Rotation(Immutable):
 
     @property
     def axis_angle(self) -> tuple[Any, Any]:
-        """λ and θ; of numbers 0 ≤ θ ≤ π, and λ is the first unit vector where nothing is turned."""
+        """Axis λ and angle θ (rad); for numbers 0 ≤ θ ≤ π, and λ = (1, 0, 0) where θ = 0."""
         if "axis_angle" in self._given:
             axis, angle = self._given["axis_angle"]
             return axis, angle
@@ -235,10 +235,10 @@ class Rotation(Immutable):
         return axis, 2 * np.arctan2(sine[..., 0], p[..., 0])
 
     def angles(self, sequence: str, *, space: bool = False) -> Any:
-        """The angles of `sequence`, see `from_angles`: the second within ±π/2, of sequences like "zxz" from 0 to π.
+        """The angles (rad) of `sequence`, see `from_angles`: the second from −π/2 to π/2, or from 0 to π in sequences like "zxz".
 
-        Where the second of numbers is at an end of its range (gimbal lock), only the sum or difference of the others is determined:
-        the first about body-fixed axes, the last about space-fixed ones, is 0 there. Formulas in symbols do not hold there.
+        With the second angle at an end of its range (gimbal lock), only the sum or difference of the other two is determined:
+        numerically, the first (body-fixed axes) or the last (space-fixed axes) is set to 0. Symbolic formulas are not valid there.
         """
         axes = turning_axes(sequence, (0, 0, 0))
         known = self._given.get(_named(axes, space))
@@ -249,19 +249,19 @@ class Rotation(Immutable):
 
     @property
     def small_angles(self) -> Any:
-        """The rotation vector to first order in small angles: what is antisymmetric in C, whose order does not matter then."""
+        """The rotation vector to first order in small angles: the antisymmetric part of ᴬCᴮ."""
         c = self._cosines
         parts = (c[..., 2, 1] - c[..., 1, 2], c[..., 0, 2] - c[..., 2, 0], c[..., 1, 0] - c[..., 0, 1])
         return _read(np.stack([x / 2 for x in map(np.asarray, parts)], axis=-1))
 
     def apply(self, v: Any) -> Any:
-        """Measure numbers along A of a vector from those along B: ᴬCᴮ v, v of 3 or (…, 3)."""
+        """Measure numbers ᴬCᴮ v along A of a vector with the measure numbers v along B: three, or (…, 3)."""
         known = _entries(v, (3,), "measure numbers")
         _check_alike("rotations and vectors", self.shape, known.shape[:-1])
         return _read((self._cosines * known[..., None, :]).sum(axis=-1))
 
     def evaluate(self, values: Mapping[Any, Any]) -> Rotation:
-        """The rotation of numbers that symbols give, see `kane.evaluate`."""
+        """The numerical rotation for given values of the symbols, by symbol or name as in `kane.evaluate`."""
         if not self.is_symbolic:
             return self
         numbers = np.broadcast_arrays(*evaluate([as_expr(x) for x in self._cosines.reshape(9)], values))
@@ -290,7 +290,7 @@ class Rotation(Immutable):
 
     @property
     def inverse(self) -> Rotation:
-        """That of A in B."""
+        """The inverse: the orientation of A in B."""
         by, own = self._cosines_by, self._parameters_by
 
         def parameters() -> tuple[Entries, bool]:
@@ -324,7 +324,7 @@ def _restored(cosines: Entries | None, parameters: tuple[Entries, bool] | None, 
 
 
 def small_rotation(angles: Any) -> Any:
-    """ᴬCᴮ = 1 + θ× to first order in three small angles, in whatever order they are taken (Kane, Likins & Levinson 1983, sec. 1.8)."""
+    """ᴬCᴮ = 1 + θ× to first order in three small angles (rad), whatever their order (Kane, Likins & Levinson 1983, sec. 1.8)."""
     t = _entries(angles, (3,), "three small angles")
     one, (x, y, z) = np.ones_like(t[..., 0]), np.moveaxis(t, -1, 0)
     rows = [[one, -z, y], [z, one, -x], [-y, x, one]]

@@ -41,7 +41,7 @@ _AXES = "xyz"
 class Frame(Basis):
     """A reference frame with the right-handed unit vectors `x`, `y`, `z`.
 
-    `Frame("N")` is a root; every other frame is made by one of the `rotate…` methods of its parent.
+    `Frame("N")` is a root frame; the `rotate…` methods of a frame make all others.
     """
 
     _other_names = MappingProxyType(
@@ -95,13 +95,13 @@ class Frame(Basis):
     def rotate(self, name: str, angle: Any, axis: Vector, *, angular_velocity: Vector | None = None) -> Frame:
         """A frame turned from this one by `angle` (rad) about `axis`, a unit vector fixed in this frame.
 
-        Successive rotations about one basis axis are one rotation by the sum of the angles. The angular velocity follows from the
-        angle; one that is given is compared with it.
+        Successive rotations about the same basis axis are merged into one by the sum of the angles. The angular velocity follows from
+        the angle; if `angular_velocity` is given, it is compared with it.
 
         Raises
         ------
         SpaceError
-            if the axis is no unit vector fixed in this frame, or `angular_velocity` is another one than the angle's
+            if `axis` is not a unit vector fixed in this frame, or `angular_velocity` differs from that of the angle
         """
         child = self._rotated(name, angle, axis)
         if angular_velocity is not None:
@@ -157,7 +157,7 @@ class Frame(Basis):
         return direction
 
     def rotate_body(self, name: str, angles: Sequence[Any], sequence: str) -> Frame:
-        """Three successive rotations about the turning frame's own axes: "xyz", "zxz" or "123", "313", ….
+        """A frame turned by three successive rotations (rad) about axes of the turning frame: "xyz", "zxz" or "123", "313", ….
 
         Kane & Levinson 1985, appendix I, "body-three" and "body-two" angles.
         """
@@ -169,7 +169,7 @@ class Frame(Basis):
         return frame
 
     def rotate_space(self, name: str, angles: Sequence[Any], sequence: str) -> Frame:
-        """Three successive rotations about the axes of this frame: "xyz", "zxz" or "123", "313", ….
+        """A frame turned by three successive rotations (rad) about the axes of this frame: "xyz", "zxz" or "123", "313", ….
 
         Kane & Levinson 1985, appendix I, "space-three" and "space-two" angles.
         """
@@ -179,7 +179,7 @@ class Frame(Basis):
     def rotate_euler_parameters(self, name: str, parameters: Sequence[Coordinate]) -> Frame:
         """A frame oriented by Euler parameters (e0, e1, e2, e3), e0 the scalar one, with e0² + e1² + e2² + e3² = 1.
 
-        Its angular velocity is measured by three quasi-rates along its own axes, from which ė follows; see QuasiRate.
+        Its angular velocity has three quasi-rates as measure numbers along the axes of the new frame; ė follows from them.
         """
         e = expect.items(parameters, f"four coordinates (e0, e1, e2, e3) for the frame {name}", error=SpaceError)
         if len(e) != 4 or not all(isinstance(x, Coordinate) for x in e) or len(set(e)) != 4:
@@ -196,7 +196,9 @@ class Frame(Basis):
         return self._child(name, Orientation(self, rates, cosines=cosines, parameters=e, quasi=quasi))
 
     def rotate_rodrigues_parameters(self, name: str, parameters: Sequence[Any]) -> Frame:
-        """A frame oriented by Rodrigues parameters ρ = λ tan θ/2, below half a turn: ᴬω^B = 2 (ρ̇ + ρ̇ × ρ)/(1 + ρ²) along its axes.
+        """A frame B oriented in this frame A by Rodrigues parameters ρ = λ tan θ/2, θ < π.
+
+        Along the axes of B, ᴬω^B = 2 (ρ̇ + ρ̇ × ρ)/(1 + ρ²).
 
         Kane, Likins & Levinson 1983, *Spacecraft Dynamics*, sec. 1.4 and 1.14.
         """
@@ -213,9 +215,9 @@ class Frame(Basis):
         return self._child(name, Orientation(self, rates, cosines=((p, q, r), (s, t, u), (v, w, k))))
 
     def rotate_matrix(self, name: str, cosines: Any) -> Frame:
-        """A frame oriented by its direction cosines: column j of `cosines` holds its j-th unit vector along these axes.
+        """A frame oriented by direction cosines: column j of `cosines` (3 × 3) is its j-th unit vector along the axes of this frame.
 
-        The matrix must be orthogonal and right-handed; this is checked where its parameters have defaults.
+        The matrix must be orthogonal with determinant 1, which is checked at the defaults of its parameters where they have some.
         """
         expected = f"a 3 × 3 matrix of direction cosines for the frame {name}"
         listed = [
@@ -241,23 +243,23 @@ class Frame(Basis):
         return Matrix(zip(*columns, strict=True))
 
     def angular_velocity(self, frame: Frame) -> Vector:
-        """Angular velocity of this frame in `frame`, in rates."""
+        """Angular velocity of this frame in `frame`, written in rates of coordinates."""
         check_connected(self, frame, "a Frame")
         return angular_velocity(self, frame)
 
     def angular_acceleration(self, frame: Frame) -> Vector:
-        """Angular acceleration of this frame in `frame`, in rates and their derivatives."""
+        """Angular acceleration of this frame in `frame`, written in rates of coordinates and their derivatives."""
         return self.angular_velocity(frame).dt(frame)
 
     def simple_rotation(self, frame: Frame) -> tuple[Vector, Expr]:
-        """Axis k and angle θ of a simple rotation of this frame in `frame`, with the simple angular velocity θ' k.
+        """Axis k and angle θ (rad) of the simple rotation of this frame in `frame`; its angular velocity is θ' k.
 
         Kane & Levinson 1985, sec. 1.2, 2.2.
 
         Raises
         ------
         SpaceError
-            if no axis is fixed in both frames as they were made: then ω is a sum of simple angular velocities (addition theorem)
+            if the frames were not declared with an axis fixed in both: ω is then a sum of simple angular velocities (addition theorem)
         """
         check_connected(self, frame, "a Frame")
         up, down = path(frame, self)
@@ -359,11 +361,11 @@ def _check_orthogonal(columns: Cosines) -> None:
 
 
 class Point(Immutable):
-    """A point, fixed in a frame or placed from another point.
+    """A point, fixed in a root frame or placed relative to another point.
 
-    `Point("O", fixed_in=N)` is fixed in a root frame; every other one is born from a point.
+    `Point("O", fixed_in=N)` is fixed in a root frame N; the methods `at` and `fixed_in` of a point make all others.
 
-    `O.at("P", r)` is a geometric point at r from O. `X.fixed_in(B, "Q", r)` is the particle of B that is at X + r now.
+    `O.at("P", r)` is a geometric point at r from O. `X.fixed_in(B, "Q", r)` is the particle of B that coincides with X + r now.
     """
 
     _other_names = MappingProxyType(
@@ -426,22 +428,22 @@ class Point(Immutable):
         return child
 
     def at(self, name: str, offset: Vector | int) -> Point:
-        """The geometric point at `offset` from this one."""
+        """The geometric point at the position vector `offset` from this point; 0 stands for the zero vector."""
         return self._child(name, offset, None)
 
     def fixed_in(self, frame: Frame, name: str, offset: Vector | int = 0) -> Point:
-        """The particle of `frame` that is at this point + `offset` now.
+        """The particle of `frame` that coincides now with the point at r = `offset` from this point.
 
-        Its velocity is v + ω × r and its acceleration a + α × r + ω × (ω × r), with v and a those of this point, which must
-        move with `frame`. Where r is not constant in `frame` another particle is met at every instant: then the acceleration
-        is not the derivative of the velocity. A particle is a leaf: no point can be built on it.
+        Its velocity is v + ω × r and its acceleration a + α × r + ω × (ω × r), with v and a those of this point, which must be fixed
+        in `frame`. If r varies in `frame`, as at a contact, it is a different particle at every instant, and its acceleration is not
+        the derivative of its velocity. Therefore no further point can be placed relative to a particle.
         """
         expect.instance(frame, Frame, "a frame in fixed_in(frame, name, offset)", error=SpaceError)
         check_connected(self.frame, frame)
         return self._child(name, offset, frame)
 
     def root(self) -> Point:
-        """The fixed point that this one is reached from."""
+        """The point fixed in a root frame from which this point is placed, directly or by points between."""
         return self.ancestry()[-1]
 
     def ancestry(self, known: Container[Point] = ()) -> list[Point]:
@@ -472,10 +474,10 @@ class Point(Immutable):
         return total
 
     def velocity(self, frame: Frame, origin: Point | None = None) -> Vector:
-        """Velocity in `frame`, in rates.
+        """Velocity of this point in `frame`, written in rates of coordinates.
 
-        In another frame A than the one the root point is fixed in it needs `origin`, a point Q fixed in A: v − v^Q − ω^A × r, r from
-        Q to this point (Kane & Levinson 1985, sec. 2.6, 2.8).
+        For a frame A other than the one in which the root point is fixed, give `origin`, a point Q fixed in A: the velocity is
+        v − v^Q − ω^A × r with r from Q to this point (Kane & Levinson 1985, sec. 2.6, 2.8).
         """
         if origin is None:
             return self._recall("velocity", frame)
@@ -486,10 +488,10 @@ class Point(Immutable):
         return self.velocity(root) - origin.velocity(root) - carried
 
     def acceleration(self, frame: Frame, origin: Point | None = None) -> Vector:
-        """Acceleration in `frame`, in rates and their derivatives.
+        """Acceleration of this point in `frame`, written in rates of coordinates and their derivatives.
 
-        In another frame A it needs `origin`, a point Q fixed in A: a − a^Q − α^A × r − ω^A × (ω^A × r) − 2 ω^A × v, with v and r
-        from Q in A.
+        For a frame A other than the one in which the root point is fixed, give `origin`, a point Q fixed in A: the acceleration is
+        a − a^Q − α^A × r − ω^A × (ω^A × r) − 2 ω^A × v, with v the velocity in A and r from Q to this point.
         """
         if origin is None:
             return self._recall("acceleration", frame)

@@ -44,9 +44,9 @@ _MANY = 12
 
 
 class Vector(Immutable):
-    """A vector Σ (x a₁ + y a₂ + z a₃) over frames; frozen.
+    """A vector: the sum over frames of x a₁ + y a₂ + z a₃; immutable.
 
-    `parts` holds one triple of measure numbers a frame. Nothing is re-expressed until it must be.
+    `parts` holds a pair (frame, three measure numbers) for each frame. Vectors are not re-expressed unless an operation needs it.
     """
 
     _other_names = MappingProxyType(
@@ -85,7 +85,7 @@ class Vector(Immutable):
 
     @property
     def is_zero(self) -> bool:
-        """Whether no measure number is left."""
+        """Whether all measure numbers are zero, identically."""
         return not self.parts
 
     def __add__(self, other: Vector | int) -> Vector:
@@ -165,7 +165,7 @@ class Vector(Immutable):
         return _cross(self.parts, other.parts)
 
     def outer(self, other: Vector) -> Dyadic:
-        """The dyad self other."""
+        """The dyad a b of this vector a and the `other` b."""
         if type(other) is not Vector:
             raise not_a_vector("a.outer(b)", other)
         return Dyadic(((self, other),))
@@ -181,15 +181,15 @@ class Vector(Immutable):
         return Vector(((frame, self.components(frame)),))
 
     def gathered(self) -> Vector:
-        """The same vector along one frame, of its own ones, their common base and those between.
+        """The same vector written along one frame, chosen for the fewest operations.
 
-        Of the ones that cost the fewest operations it is one in which the most measure numbers vanish; for long sums it is the own
-        one that is turned most often.
+        Candidates are the frames of its parts, their common ancestor and the frames between. Of equally short ones, that with the most
+        measure numbers equal to zero is taken; long sums are written along the frame farthest from the root.
         """
         return self if len(self.parts) < 2 else _gathered(self.parts)
 
     def dt(self, frame: Frame) -> Vector:
-        """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
+        """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), written in rates of coordinates."""
         total = Vector()
         for f, (x, y, z) in self.parts:
             check_connected(f, frame)
@@ -199,7 +199,7 @@ class Vector(Immutable):
         return total
 
     def diff(self, by: Expr, frame: Frame) -> Vector:
-        """Partial derivative by a symbol in `frame`: Σ ∂x/∂s a₁ + …, and the turns of the a₁, … (Kane & Levinson 1985, sec. 1.4)."""
+        """Partial derivative in `frame` with respect to a symbol s: Σ ∂x/∂s a₁ + x ∂a₁/∂s + … (Kane & Levinson 1985, sec. 1.4)."""
         if not isinstance(by, Symbol):
             raise SpaceError(
                 f"Expected a symbol to differentiate {cut(self)} by, got {cut(repr(by))}. Along time it is v.dt(frame)."
@@ -228,19 +228,19 @@ class Vector(Immutable):
         return self.gathered() / self.magnitude()
 
     def project(self, direction: Vector) -> Vector:
-        """The part of self along `direction`."""
+        """The component of this vector along `direction`, a vector of any length."""
         return direction * (self.dot(direction) / direction.dot(direction))
 
     def reject(self, direction: Vector) -> Vector:
-        """The part of self perpendicular to `direction`."""
+        """The component of this vector perpendicular to `direction`, a vector of any length."""
         return self - self.project(direction)
 
     def map(self, f: Callable[[Expr], Expr]) -> Vector:
-        """`f` of every measure number."""
+        """The vector whose measure numbers are `f` of those of this one, frame by frame."""
         return Vector([(frame, (f(x), f(y), f(z))) for frame, (x, y, z) in self.parts])
 
     def scalars(self) -> tuple[Expr, ...]:
-        """All measure numbers."""
+        """All measure numbers, frame by frame."""
         return tuple(x for _, t in self.parts for x in t)
 
     def __str__(self) -> str:
@@ -387,7 +387,7 @@ def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
 
 
 class Dyadic(Immutable):
-    """A sum of dyads a b; `I.dot(w)` is Σ a (b·w). Frozen."""
+    """A dyadic: a sum of dyads a b; `I.dot(w)` is Σ a (b·w). Immutable."""
 
     __slots__ = ("__weakref__", "dyads")
     dyads: tuple[tuple[Vector, Vector], ...]
@@ -403,7 +403,7 @@ class Dyadic(Immutable):
 
     @classmethod
     def of(cls, frame: Frame, rows: Iterable[Iterable[Any]]) -> Dyadic:
-        """Σ I_ij a_i a_j along the axes of one frame."""
+        """The dyadic Σ I_ij a_i a_j, with `rows` the 3 × 3 measure numbers I_ij along the axes a_i of `frame`."""
         units, entries = axes(frame), [[as_expr(x) for x in row] for row in rows]
         return cls(
             (units[i] * entries[i][j], units[j]) for i in range(3) for j in range(3) if entries[i][j] is not ZERO
@@ -463,7 +463,7 @@ class Dyadic(Immutable):
         return Dyadic.of(frame, self.components(frame).rows)
 
     def frames(self) -> tuple[Frame, ...]:
-        """The frames it is written in, each once."""
+        """The frames along whose axes the dyadic is written, without repetition."""
         return tuple(dict.fromkeys(f for d in self.dyads for v in d for f, _ in v.parts))
 
     def __str__(self) -> str:

@@ -27,11 +27,11 @@ from kane.expr.ops import Immutable
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Formulation(Immutable):
-    """The equations of motion of a system by one method.
+    """The equations of motion of a system by one method, from `eom.by`.
 
-    `equations`, each of which is zero, hold the `unknowns`; solved they give the rates of the method's own `state`, `right_hand_side`.
-    `eliminated` says what had to be eliminated for that. `accelerations` are the u̇ that follow for the declared generalized speeds,
-    in q and u, by which methods are compared.
+    `equations` are expressions in the `unknowns` that must be zero. Solved for the unknowns, and without the quantities that
+    `eliminated` lists, they give `right_hand_side`, the rates of the variables `state` of the method. `accelerations` are u̇ of
+    the declared generalized speeds that follow, in q and u, for comparison between methods.
     """
 
     method: str
@@ -43,7 +43,7 @@ class Formulation(Immutable):
     right_hand_side_by: Callable[[], Exprs]
     accelerations_by: Callable[[], Exprs]
 
-    equations = read[Exprs](lambda f: f.equations_by(), "What must vanish, in the unknowns.")
+    equations = read[Exprs](lambda f: f.equations_by(), "Expressions in the unknowns that must be zero.")
     right_hand_side = read[Exprs](lambda f: f.right_hand_side_by(), "The rates of the state.")
     accelerations = read[Exprs](lambda f: f.accelerations_by(), "u̇ of the declared generalized speeds, in q and u.")
     operations = read[Operations](

@@ -3,9 +3,9 @@
 
     F_r = Σ v_r·F + Σ ω_r·T,   F*_r = Σ v_r·(−m a) + Σ ω_r·(−I·α − ω × I·ω),   M_rs = Σ m v_r·v_s + ω_r·I·ω_s
 
-Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec. 4.5), each with its reason; under motion constraints
-generalized forces are the nonholonomic ones. With them the inertia force and torque of each body, R* = −m a, T* = −(I·α + ω × I·ω)
-(sec. 4.11).
+Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec. 4.5), each with its reason; under motion
+constraints generalized forces are the nonholonomic ones. With them the inertia force and torque of each body, R* = −m a, T* =
+−(I·α + ω × I·ω) (sec. 4.11).
 
 Forces by the rates of the coordinates: Q_s = Σ F·∂v/∂q̇_s + Σ T·∂ω/∂q̇_s, so that F_r = Σ_s Q_s W_sr for any speeds.
 
@@ -47,10 +47,10 @@ _SWITCHES = {"where", "less", "max", "min", "abs", "sign"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contribution:
-    """One term of a generalized force: `partial`·`vector` = `term`.
+    """One term of a generalized force: `term` = `partial`·`vector`, for a force at a point or a torque on a frame (`place`).
 
-    `source` is the load, reaction or body that `vector` comes from: a force at a point, or a torque on a frame; of a body
-    −m a at its mass centre, or −I·α − ω × I·ω on its frame.
+    `source` is the load, reaction or body that exerts it; for a body, `vector` is −m a at its mass centre or −I·α − ω × I·ω on its
+    frame.
     """
 
     source: Load | Reaction | Body
@@ -62,7 +62,7 @@ class Contribution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contributions:
-    """The terms of F_r and of F*_r for one speed, and the loads and bodies that have none."""
+    """The terms of F_r (`active`) and F*_r (`inertia`) for one speed, and the loads and bodies without such terms."""
 
     speed: Expr
     active: tuple[Contribution, ...]
@@ -73,7 +73,7 @@ class Contributions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MassContribution:
-    """What one body adds to M_rs: `translation` m v_r·v_s and `rotation` ω_r·I·ω_s."""
+    """The contribution of one body to M_rs: `translation` m v_r·v_s and `rotation` ω_r·I·ω_s."""
 
     body: Body
     translation: Expr
@@ -163,7 +163,7 @@ def vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noncontributing(Attributes):
-    """A load that is in no generalized active force, and why."""
+    """A load that contributes to no generalized active force, and the reason."""
 
     load: Load
     reason: str
@@ -233,8 +233,8 @@ def sample_points(
 ) -> list[Place]:
     """Values of all symbols at a few places: those that are `known`, else drawn, on both sides of zero in every other place.
 
-    Parameters are drawn too, about their defaults, unless they are not to be `varied`: what is said is said of all their values, and a
-    damping that is zero by default is damping. Sets of Euler parameters have `unit` length.
+    Parameters are drawn too, about their defaults, unless they are not to be `varied`: what is said is said of all their values,
+    and a damping that is zero by default is damping. Sets of Euler parameters have `unit` length.
     """
     symbols = free_symbols(exprs)
     starts: Sequence[Mapping[Symbol, float]] = known or [{}] * _PLACES

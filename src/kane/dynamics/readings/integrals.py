@@ -36,13 +36,13 @@ _STATES, _LEAST = 8, 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Integral(Immutable):
-    """A function of the state that every motion keeps.
+    """An integral of the equations of motion: a function of the state that is constant in every motion.
 
     Attributes
     ----------
     name : such as "energy", "momentum of q1", "angular momentum about O along N.z"
     value : the function, in coordinates, speeds and parameters
-    why : what makes it constant
+    why : the reason why it is constant, as text
     """
 
     name: str

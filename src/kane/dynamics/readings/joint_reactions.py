@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The force and torque that one side of a system exerts on the other: at a joint, a point, a frame, or through a constraint.
 
-Newton's and Euler's laws of the far side, everything that is reached through the place (Kane & Levinson 1985, sec. 4.9, in vectors):
+Newton's and Euler's laws of the far side, everything that is reached through the place (Kane & Levinson 1985, sec. 4.9, in
+vectors):
 
     F = Σ (m a − F_load − Σ λ F_c)        T = Σ (I·α + ω × I·ω − T_load − Σ λ T_c) + Σ r × (m a − F_load − Σ λ F_c)
 
@@ -45,9 +46,9 @@ Place = str | Joint | Point | Frame | Constraint | Sequence[Constraint]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointReaction(Attributes):
-    """What the near side exerts on the far side: a force at `point` and a torque about it.
+    """The force at `point` and the torque about it that the near side (towards the root of the tree) exerts on the far side.
 
-    Of a frame alone only the torque is known; the force is None.
+    For a reaction at a frame alone, force and point are None.
     """
 
     name: str

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A potential energy from the forces: V with F_r = −Σ_s ∂V/∂q_s W_sr, or why there is none; a declared one against its forces.
 
-(Kane & Levinson 1985, sec. 5.1.) Whatever the speeds are, the forces Q_s of the rates decide: V exists where ∂Q_s/∂q_t = ∂Q_t/∂q_s. It
-is integrated along lines, one a coordinate,
+(Kane & Levinson 1985, sec. 5.1.) Whatever the speeds are, the forces Q_s of the rates decide: V exists where ∂Q_s/∂q_t =
+∂Q_t/∂q_s. It is integrated along lines, one a coordinate,
 
     V = −Σ_k ∫ Q_k(q₁, …, q_{k−1}, s, b, …, b) ds        from the base b to q_k
 
-in closed form or by Gauss's rule, and differentiated back. Constraints C q̇ + c = 0 let forces be changed: Q + Cᵀλ does the same work.
-Along motions that they allow dQ + Σ λ_k dC_k must vanish. Where no λ does that, at some configuration, there is no V. Else λ is
-such that some coordinates have no force, or solved for from that condition.
+in closed form or by Gauss's rule, and differentiated back. Constraints C q̇ + c = 0 let forces be changed: Q + Cᵀλ does the same
+work. Along motions that they allow dQ + Σ λ_k dC_k must vanish. Where no λ does that, at some configuration, there is no V. Else λ
+is such that some coordinates have no force, or solved for from that condition.
 
-A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂ω/∂q̇ = −∂V/∂q; where there are constraints, at configurations that
-satisfy them, but for what is along a constraint's force.
+A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂ω/∂q̇ = −∂V/∂q; where there are constraints, at configurations
+that satisfy them, but for what is along a constraint's force.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -213,13 +213,13 @@ _LEAST = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FoundPotential(Immutable):
-    """V of some loads, an expression of coordinates, and `how` it was integrated.
+    """The potential energy of loads, from `eom.find_potential`.
 
     Attributes
     ----------
-    value : V, with F_r = −Σ_s ∂V/∂q_s W_sr, or F̃_r likewise
-    how : "closed form", or by which rule and along which coordinates
-    loads : whose forces it is that of
+    value : V, an expression in coordinates with F_r = −Σ_s ∂V/∂q_s W_sr, or the same of F̃_r under constraints
+    how : "closed form", or the quadrature rule and the coordinates that it was used for
+    loads : the loads whose potential energy it is
     """
 
     value: Expr

@@ -24,25 +24,25 @@ _MOST = 12
 
 
 def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
-    """The expansion of `e` about a point up to terms of an order, such as V to second order about an equilibrium.
+    """Taylor polynomial of `e` about a point, such as that of V to second order about an equilibrium.
 
     Parameters
     ----------
     e : an expression
-    about : by symbol or name the values, numbers or expressions of parameters; other symbols are kept as they are
-    order : of the last terms, from 0 to 12
+    about : the point: a number or an expression of parameters for each symbol, or name, to expand in; other symbols stay
+    order : degree of the polynomial, from 0 to 12
 
     Returns
     -------
     Expr
-        a polynomial in x − x₀ of the symbols in `about`
+        a polynomial in x − x₀, where x are the symbols in `about` and x₀ their values
 
     Raises
     ------
     ArgumentError
-        if the order is no such number, or a value holds symbols in which is expanded
+        if `order` is not an integer from 0 to 12, or a value contains symbols to expand in
     ExpressionError
-        if a name is none of the symbols' in `e`, or a switch (|x|, max, where, …) stands at the point, where there is no expansion
+        if `e` contains no symbol of a given name, or a switch (|x|, max, where, …) at the point leaves it without derivatives
     """
     root = as_expr(e)
     order = expect.whole(order, f"an order from 0 to {_MOST}", least=0, most=_MOST, error=ArgumentError)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Beam`: a straight flexible beam by assumed modes, a body like any other.
 
-A beam that spins is warned of where its stiffening is left out, or its functions are too few. By its own functions and with the root
-held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies
-(k EI/L³ + Ω² ρA L S) x = ω² ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ; by more functions they are lower, and the difference is what these lack.
+A beam that spins is warned of where its stiffening is left out, or its functions are too few. By its own functions and with the
+root held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies (k EI/L³ + Ω² ρA L S) x = ω²
+ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ; by more functions they are lower, and the difference is what these lack.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -49,39 +49,39 @@ _MASS_POINTS = 64
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class Beam(Immutable):
-    """A straight flexible beam, a body: its deformation is a sum of functions of ξ = x/L times coordinates.
+    """A straight flexible beam, a body of a system. Its deformation is a sum of shape functions of ξ = x/L times coordinates.
 
-    The axis is e₁ of `frame` from `root` on; a point of it is at (L ξ + s + u₂) e₁ + v e₂ + w e₃, with the stretch s along the
-    deformed axis, the deflections v and w and the foreshortening u₂ = −∫ (v'² + w'²) dx/2 (Yoo, Ryan & Scott 1995), so that
-    what stiffens a beam that spins stands in the partial velocities. It bends as Euler and Bernoulli have it, with `rotary` as
-    Rayleigh has it, with `shear` as Timoshenko has it; sections turn about the axis if `polar` is given.
+    The undeformed axis starts at `root` along `axis` = e₁. A point of it moves to (L ξ + s + u₂) e₁ + v e₂ + w e₃, with the
+    stretch s along the deformed axis, the deflections v and w, and the foreshortening u₂ = −∫ (v'² + w'²) dx/2, whose partial
+    velocities give the stiffening of a spinning beam (Yoo, Ryan & Scott 1995). The beam is an Euler–Bernoulli beam, with `rotary`
+    a Rayleigh beam, with `shear` a Timoshenko beam; sections have inertia in twist if `polar` is given.
 
     Parameters
     ----------
     name : of the body; coordinates are v1_name, …, w1_name, …, s1_name, …, t1_name, …, speeds their rates
-    root, frame : a point and a frame to which the end ξ = 0 belongs
+    root, frame : point and frame to which the end ξ = 0 is attached
     axis : unit vector fixed in the frame, along the undeformed beam
-    length, mass_per_length, EI : parameters or numbers; the latter two, and EA, GJ and polar, may be `kn.tapered`. Two EI for bending
-        along e₂ and e₃: a beam in space
-    modes : number of functions of each deflection, or `kn.mode_shapes`, or two of these
+    length, mass_per_length, EI : m, kg/m and N m², parameters or numbers; mass_per_length, EI, EA, GJ and polar may be
+        `kn.beams.tapered`. Give two EI for bending along e₂ and e₃, a beam in space
+    modes : number of functions of each deflection, or `kn.beams.mode_shapes`, or two of these
     along : e₂, the direction of v; e₃ = e₁ × e₂
-    EA, stretch : stiffness and functions of s; without them the axis keeps its length
-    shear, shear_modes : stiffness k_s G A and functions of the deflection by shear, one for each direction of bending; coordinates are
-        g1_name, … beside v and h1_name, … beside w; by default "rod polynomials", one more than functions of bending (beside those
-        of a pinned beam as many sines). Sections turn by the slope of bending alone
-    rotary : moment of inertia of sections about the axis of bending per length, ρ I; two for two directions
-    GJ, torsion, polar : stiffness and functions of the twist, and the moment of inertia about the axis per length
-    support : "clamped", "pinned" or "free": what the frame follows at the root
-    form : "linearized", kinetic energy to second order in the deformation, as in the literature; or "nonlinear", that of the hybrid
-        variables as it is. The strain energy is quadratic in both: for slopes up to some tenths
-    stiffening : without it the foreshortening is left out, as premature linearization does: right for slow motions only
-    damping : {"mass": α, "stiffness": β} of C = α M + β K, or {"ratio": ζ} of the beam's own modes at rest
+    EA, stretch : axial stiffness (N) and functions of s; without them the axis is inextensible
+    shear, shear_modes : stiffness k_s G A (N) and functions of the deflection by shear, one for each direction of bending, with the
+        coordinates g1_name, … beside v and h1_name, … beside w; by default "rod polynomials", one more than functions of bending
+        (for a pinned beam as many sines). Sections turn by the slope of bending alone
+    rotary : moment of inertia ρ I of sections about the axis of bending, per length (kg m); two for two directions
+    GJ, torsion, polar : stiffness (N m²) and functions of the twist, and the moment of inertia about the axis per length (kg m)
+    support : "clamped", "pinned" or "free": the boundary condition between `frame` and the end ξ = 0
+    form : "linearized", kinetic energy to second order in the deformation, as in the literature; or "nonlinear", without
+        truncation. The strain energy is quadratic in both, which is valid for slopes of a few tenths
+    stiffening : False neglects the foreshortening (premature linearization), which is valid for slow motions alone
+    damping : {"mass": α, "stiffness": β} of C = α M + β K, or {"ratio": ζ} for all modes of the beam at rest
 
     Raises
     ------
     ModelError
-        for lengths, masses or stiffnesses that are not above zero, and modes that are none, dependent, or not zero at the root,
-        or without strain at an end that is held
+        if a length, mass or stiffness is not positive, or functions are missing, linearly dependent, nonzero at a root where they
+        must vanish, or without strain at a supported end
     """
 
     name: str
@@ -157,30 +157,30 @@ class Beam(Immutable):
         return partial(Beam, self.name, self.root, **self._arguments), ()
 
     def parts(self) -> tuple[Part, ...]:
-        """What has mass: stations, or points that share momentum."""
+        """The parts with mass that represent the beam: sections at stations, or points that share its momentum."""
         return self._parts
 
     @property
     def mass(self) -> Expr:
-        """Of the whole beam; its parts share it, some with less than nothing, so that their momenta are right."""
+        """Mass of the whole beam; the masses of its parts, some of them negative, add up to it."""
         rule = gauss(_MASS_POINTS, self.mass_per_length.share.ends)
         mean = float(rule.weights @ self.mass_per_length.share(rule.places))
         whole = mul(self.length, self.mass_per_length.value)
         return whole if abs(mean - 1) < ROUNDED else mul(constant(mean), whole)
 
     def measures(self) -> tuple[tuple[str, Expr], ...]:
-        """What must be above zero, with its name as an argument."""
+        """The quantities that must be positive, each with the name of its argument."""
         stiff = {"v": "EI", "w": "EI", "s": "EA", "t": "GJ", "g": "shear", "h": "shear"}
         fields = ((stiff[f.stem], f.stiffness.value) for f in self.deformation.fields)
         return (("length", self.length), ("mass_per_length", self.mass_per_length.value), *fields)
 
     def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
-        """Whether some of the definitions hold a rate of a coordinate of the beam."""
+        """Whether one of the definitions contains the rate of a coordinate of the beam."""
         own = {rate(q) for q in self.coordinates}
         return any(s in own for s in free_symbols(definitions.values()))
 
     def point_at(self, xi: Any) -> Point:
-        """The point of the axis at ξ = x/L, from 0, the root, to 1, the tip; a length such as L/2 serves, too."""
+        """The point of the axis at ξ = x/L, from 0 at the root to 1 at the tip, or at a length x such as L/2."""
         return self._section_at(xi)[0]
 
     def frame_at(self, xi: Any) -> Frame:
@@ -188,10 +188,10 @@ class Beam(Immutable):
         return self._section_at(xi)[1]
 
     def distributed(self, per_length: Vector | Callable[[float], Vector], name: str = "") -> Load:
-        """A load per length along the beam: a vector (N/m, in parameters), or a function of ξ that gives one.
+        """A load distributed along the beam: a vector (N/m), whose measure numbers contain parameters alone, or a function of ξ.
 
-        Along the axes of `beam.frame_at(ξ)` it follows the sections. Forces stand at Gauss's points, enough for the products of loads
-        that are polynomials of low degree with the beam's functions.
+        A vector written along the axes of `beam.frame_at(ξ)` follows the sections. The load is integrated by Gauss quadrature, as
+        forces at its nodes, which is exact for loads that are polynomials of low degree in ξ.
         """
         most = max(f.shapes.count for f in self.deformation.fields)
         rule = gauss(2 * most + 6)

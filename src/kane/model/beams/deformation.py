@@ -79,20 +79,20 @@ class Tapered(NamedTuple):
 
 
 def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] = ()) -> Tapered:
-    """A mass per length, or a stiffness, that changes along a beam: `value` times a function of ξ = x/L.
+    """A mass per length, or a stiffness, that varies along a beam: `value` times a function of ξ = x/L.
 
     `kn.tapered(EI, lambda xi: (1 - 0.5 * xi) ** 3)` is EI at the root and EI/8 at the tip.
 
     Parameters
     ----------
-    value : at the root
-    share : the function, called with an array of ξ
-    breaks : ξ at which it jumps or bends, as that of a stepped beam does: between these integrals are taken piece by piece
+    value : the value where `share` is 1, a parameter, an expression or a number
+    share : a function of an array ξ, with positive values
+    breaks : the ξ at which the function or its slope jumps, as for a stepped beam; integrals are split there
 
     Raises
     ------
     ModelError
-        if the function does not take an array of ξ, or is not above zero, or places are not between 0 and 1
+        if the function does not accept an array ξ, is not positive, or `breaks` are not between 0 and 1
     """
     cure = "For example lambda xi: 1 - 0.5 * xi."
     expect.that(callable(share), "a function of ξ = x/L as the taper", share, cure)

@@ -187,9 +187,10 @@ def powers_near(sizes: Any) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModeShapes(Immutable):
-    """`count` functions of ξ = x/L from 0, the root, to 1, the tip; `evaluate(ξ (m), order)` gives derivatives by ξ (m × count).
+    """Shape functions of ξ = x/L from 0 at the root to 1 at the tip, `count` of them, from `kn.beams.mode_shapes`.
 
-    `breaks` are the places at which they are less smooth; `label` says what they are.
+    `evaluate(ξ, order)` gives their derivatives of an order with respect to ξ at an array ξ (m), as (m × count). `breaks` are the ξ
+    between which they are smooth; `label` names the family.
     """
 
     label: str
@@ -207,31 +208,31 @@ class ModeShapes(Immutable):
 
     @property
     def units(self) -> Array:
-        """Powers of 16 near the functions' sizes (count), 1 of ordinary ones: in these, functions of any scale are of order 1."""
+        """Powers of 16 near the root mean square of each function (count); divided by these, functions are of order 1."""
         return powers_near(np.sqrt((self.evaluate(GRID, 0) ** 2).mean(axis=0)))
 
     def at(self, xi: float, order: int = 0) -> Array:
-        """The values, or derivatives by ξ, at a place (count); zero where they vanish but for rounding: a pinned tip does not move."""
+        """Values (count) at ξ = `xi`, or derivatives of an order with respect to ξ; values of the size of rounding are set to zero."""
         values: Array = self.evaluate(np.array([float(xi)]), order)[0]
         size = np.abs(self.evaluate(GRID, order)).max(axis=0)
         return np.where(np.abs(values) > ROUNDED * size, values, 0.0)
 
 
 def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None) -> ModeShapes:
-    """Functions of ξ = x/L for a beam: a family by name, functions of one's own, or the tabulated modes of another program.
+    """Shape functions of ξ = x/L for a beam: a named family, functions in Python, or modes tabulated by another program.
 
     Parameters
     ----------
     kind : "clamped-free", "pinned" or "free-free" (eigenfunctions of bending of a uniform beam), "rod" (of stretch and torsion);
-        "legendre" or "legendre rod" (ξ² or ξ times Legendre polynomials), "polynomials" or "rod polynomials" (orthonormal ones of the
-        same span, by which the mass matrix of a uniform beam is diagonal); or a list of functions of ξ, called with an array
-    count : how many of a family
-    table : (ξ, values) or (ξ, values, slopes) of a finite element model: places from 0 to 1 (m), values and dφ/dξ (m × n)
+        "legendre" or "legendre rod" (ξ² or ξ times Legendre polynomials), "polynomials" or "rod polynomials" (orthonormal polynomials
+        that span the same space and make the mass matrix of a uniform beam diagonal); or a list of functions of an array ξ
+    count : number of functions of a family
+    table : (ξ, values) or (ξ, values, slopes) of a finite element model: ξ from 0 to 1 (m), values φ and dφ/dξ (m × n)
 
     Raises
     ------
     ModelError
-        for another name, no functions, functions that are no numbers, or a table of wrong shape
+        if the name is unknown, there are no functions, their values are not finite numbers, or a table has the wrong shape
     """
     if table is not None:
         return _tabulated(table)

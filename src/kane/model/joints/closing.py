@@ -114,31 +114,32 @@ def _closed(kind: str, c: Closing, what: str = "axis") -> Constraints:
 
 
 def close_pin(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector) -> Constraints:
-    """A loop closed by a pin, five configuration constraints: `point` stays at `at`, `axis` the same vector in both frames.
+    """A loop closed by a pin, five configuration constraints: `point` coincides with `at`, `axis` is fixed in both frames.
 
-    Three forces along the inertial axes and two torques about axes of `parent` across the axis, on the side of `point` and `frame`.
+    Their multipliers are three forces along the inertial axes and two torques perpendicular to `axis`, fixed in `parent`, that act
+    on the side of `point` and `frame`.
     """
     return _closed("pin", Closing(name, at, parent, point, frame, (axis,)))
 
 
 def close_slider(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector) -> Constraints:
-    """A loop closed by a slider, five configuration constraints: `point` on the line, `frame` oriented as `parent`."""
+    """A loop closed by a slider, five configuration constraints: `point` stays on the axis, `frame` stays parallel to `parent`."""
     return _closed("slider", Closing(name, at, parent, point, frame, (axis,)))
 
 
 def close_cylindrical(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector) -> Constraints:
-    """A loop closed by a cylindrical joint, four configuration constraints: `point` on the line, `axis` the same in both frames."""
+    """A loop closed by a cylindrical joint, four configuration constraints: `point` stays on `axis`, which is fixed in both frames."""
     return _closed("cylindrical", Closing(name, at, parent, point, frame, (axis,)))
 
 
 def close_screw(
     name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector, pitch: Any
 ) -> Constraints:
-    """A loop closed by a screw, five configuration constraints: as a cylindrical joint, and the thread.
+    """A loop closed by a screw joint, five configuration constraints: those of a cylindrical joint, and one of the thread.
 
-    With s the advance, e₂ the second of the parent's vectors across the axis turned by s/pitch, and b₁ the frame's first one, the
-    thread is b₁·e₂ = 0 with b₁·e₁ > 0: it holds for any number of turns. Its multiplier is the torque about the axis that the
-    thread exerts.
+    The thread, of `pitch` (m/rad), relates the angle of the frame to its advance s: with e₁, e₂ of the parent perpendicular to the
+    axis and turned by s/pitch, and b₁ of the frame, b₁·e₂ = 0 and b₁·e₁ > 0, which holds over many turns. Its multiplier is the
+    torque about the axis that the thread exerts.
     """
     h = as_expr(pitch)
     if h is ZERO:
@@ -149,23 +150,23 @@ def close_screw(
 def close_universal(
     name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axes: tuple[Vector, Vector]
 ) -> Constraints:
-    """A loop closed by a universal joint, four configuration constraints: `point` stays at `at`, the axes stay perpendicular.
+    """A loop closed by a universal joint, four configuration constraints: `point` coincides with `at`, the axes stay perpendicular.
 
-    `axes` are given in the parent; the second is the vector with the same measure numbers in `frame`.
+    `axes` are written in `parent`; the second is fixed in `frame`, with the same measure numbers there.
     """
     return _closed("universal", Closing(name, at, parent, point, frame, perpendicular_axes(name, axes, parent)))
 
 
 def close_ball(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> Constraints:
-    """A loop closed by a ball joint, three configuration constraints: `point` stays at `at`."""
+    """A loop closed by a ball joint, three configuration constraints: `point` of the body `frame` coincides with `at` of `parent`."""
     return _closed("ball", Closing(name, at, parent, point, frame))
 
 
 def close_planar(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, normal: Vector) -> Constraints:
-    """A loop closed by a planar joint, three configuration constraints: `point` in the plane, `normal` the same in both frames."""
+    """A loop closed by a planar joint, three configuration constraints: `point` stays in the plane, `normal` fixed in both frames."""
     return _closed("planar", Closing(name, at, parent, point, frame, (normal,)), "normal")
 
 
 def close_weld(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> Constraints:
-    """A loop closed by a weld, six configuration constraints: `point` at `at`, `frame` oriented as `parent`."""
+    """A loop closed by a weld, six configuration constraints: `point` coincides with `at`, `frame` stays parallel to `parent`."""
     return _closed("weld", Closing(name, at, parent, point, frame))

@@ -35,11 +35,11 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contact(Immutable):
-    """A wheel on a plane.
+    """The geometry of a contact between two bodies, such as a wheel and a plane; for `kn.contact`, or for its constraints.
 
-    `point` is the geometric point of contact, `particle` the wheel's particle there and `ground` the plane's (None on a plane at
-    rest). `height` is the configuration constraint of contact, `rolling` the two motion constraints; where the coordinates keep
-    contact by themselves, list only the latter.
+    `point` is the geometric point of contact, `particle` the first body's particle there, and `ground` the other's (None if that
+    is at rest). `height` is the configuration constraint that keeps the contact closed, `rolling` the two motion constraints of
+    rolling. If the choice of coordinates keeps the contact closed, list `rolling` alone.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Contact(Immutable):
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """All three."""
+        """The constraint `height` and the two constraints `rolling`."""
         return (self.height, *self.rolling)
 
     def __repr__(self) -> str:
@@ -131,16 +131,16 @@ def point_on_plane(
     along: Vector | None = None,
     surface: Vector | None = None,
 ) -> Contact:
-    """A particle, or a corner of a body, on a plane.
+    """Contact of a particle, or of a corner of a body, with a plane.
 
     Parameters
     ----------
     name : of the contact; its constraints are "name normal", "name 1" and "name 2"
-    point : the particle: made with `fixed_in`, or the place of a `kn.Particle`
+    point : the particle: a point made with `fixed_in`, or the point of a `kn.Particle`
     plane : a point of the plane, fixed in the frame that `normal` is written in
-    normal : of the plane, a unit vector to the side on which the particle is
-    along : the first direction of slip, a unit vector in the plane; by default an axis of the normal's frame
-    surface : the velocity with which the plane's surface runs in its frame, as a belt does
+    normal : unit vector perpendicular to the plane, on the side of the particle
+    along : unit vector in the plane, the first direction of slip; by default an axis of the normal's frame
+    surface : velocity of the surface relative to the plane's frame, for a belt
     """
     check_unit(normal, f"normal of {name!r}")
     base = home_of(normal, f"normal of {name!r}")
@@ -200,19 +200,19 @@ def disk_on_plane(
     down: Vector | None = None,
     surface: Vector | None = None,
 ) -> Contact:
-    """The edge of a disk on a plane: contact at centre + R d, d down the disk's plane; valid for any lean but the flat one.
+    """The edge of a disk on a plane: contact at centre + R d, d the steepest direction down the disk's plane, which must not lie flat.
 
     Parameters
     ----------
     name : of the contact; its constraints are "name normal", "name 1" and "name 2"
     wheel, center : the disk's frame and centre
     plane : a point of the plane, fixed in the frame that `normal` is written in
-    axis : of the disk, a unit vector fixed in it
+    axis : unit vector along the disk's axis, fixed in the disk
     radius : of its edge, m
-    normal : of the plane, a unit vector to the side on which the disk is
-    along : the first direction of rolling, a unit vector in the plane; by default an axis of the normal's frame
-    down : the unit vector d itself, where frames of the model have it: shorter equations
-    surface : the velocity with which the plane's surface runs in its frame, as a belt does
+    normal : unit vector perpendicular to the plane, on the side of the disk
+    along : unit vector in the plane, direction of the first constraint of rolling; by default an axis of the normal's frame
+    down : the unit vector d, if an axis of a frame of the model is d: it makes the equations shorter
+    surface : velocity of the surface relative to the plane's frame, for a belt
     """
     return _contact(name, wheel, center, plane, normal, (radius, axis), None, along, down, surface)
 
@@ -228,7 +228,7 @@ def sphere_on_plane(
     along: Vector | None = None,
     surface: Vector | None = None,
 ) -> Contact:
-    """A sphere on a plane: contact at centre − r n. Arguments as for `kn.disk_on_plane`, `surface` as for `point_on_plane`."""
+    """Contact of a sphere with a plane, at centre − r n. Arguments as for `disk_on_plane`."""
     return _contact(name, wheel, center, plane, normal, None, radius, along, None, surface)
 
 
@@ -246,10 +246,10 @@ def torus_on_plane(
     down: Vector | None = None,
     surface: Vector | None = None,
 ) -> Contact:
-    """A torus-rimmed wheel on a plane: contact at centre + R d − r n; valid for any lean but the flat one.
+    """A wheel with a rounded (toroidal) rim on a plane: contact at centre + R d − r n; the wheel must not lie flat.
 
-    `radius` R is that of the circle on which the crown's centres lie, `crown` r that of the rounding: upright, the centre is
-    R + r high. Other arguments as for `kn.disk_on_plane`.
+    `radius` R is that of the centre line of the torus, `crown` r that of its cross section: an upright wheel has its centre at the
+    height R + r. Other arguments as for `disk_on_plane`.
     """
     return _contact(name, wheel, center, plane, normal, (radius, axis), crown, along, down, surface)
 
@@ -265,27 +265,27 @@ def friction(
     smooth: float | None = None,
     name: str = "",
 ) -> Load:
-    """Coulomb's friction −μ N v/|v| at a particle that slides under the normal force N.
+    """Coulomb friction −μ N v/|v| on a particle that slides under the normal force N; for stick and slip use `kn.contact`.
 
-    The slip v is the particle's velocity across the normal's direction. A motion ends where |v| falls below the threshold (the
-    contact sticks, or rolls where the particle in contact changes), and where N falls to zero (the contact opens).
+    The slip v is the component of the particle's velocity perpendicular to the normal. A motion ends where |v| falls below the
+    threshold (the contact would stick, or roll), and where N falls to zero (the contact would open).
 
     Parameters
     ----------
     point : the particle in contact, made with `fixed_in`
-    normal : the normal reaction, which must press where it is positive
+    normal : the reaction N, positive where it presses
     mu : coefficient of friction
-    along : the direction of the normal, where the reaction does not say it
-    against : the particle of the other body that it slides on; it feels the opposite force. Without it the ground
-    threshold : slip speed, in the units of the model, below which the contact is taken not to slide any more; a ten-thousandth of the
-        largest that it has had in the motion, unless told
-    smooth : a speed ε: the force is −μ N v/√(v² + ε²), which has no threshold and can start at rest
+    along : unit vector of the normal, if `normal` was declared without a direction
+    against : the particle of the other body at the contact, on which the opposite force acts; by default the ground
+    threshold : slip speed below which sliding ends, in the unit of speed of the model; by default 1e-4 of the largest slip speed so
+        far in the motion
+    smooth : a speed ε: the force is −μ N v/√(v² + ε²), which has no threshold, and motions may start at rest
     name : of the load
 
     Raises
     ------
     ModelError
-        if the point is no Point, the normal no Reaction with a direction, or the threshold or ε not above zero
+        if `point` is not a Point, `normal` not a Reaction with a direction, or the threshold or ε is not positive
     """
     expect.instance(point, Point, "friction at a Point", "Make the particle in contact with fixed_in(…).")
     cure = "Bring it into evidence: kn.reaction(name, at=…, along=…)."
@@ -315,17 +315,17 @@ def friction(
 def dry_friction(
     joint: Joint, size: Any, *, threshold: float | None = None, smooth: float | None = None, name: str = ""
 ) -> Load:
-    """Dry friction in a pin or a slider: a torque or force of a given size against the joint's rate.
+    """Dry friction in a pin or a slider: a torque or force of given magnitude that opposes the joint's rate.
 
-    A motion ends where the rate falls below the threshold (the joint sticks).
+    A motion ends where the rate falls below the threshold (the joint would stick); for stick and slip use `kn.joints.stiction`.
 
     Parameters
     ----------
     joint : a pin or a slider
-    size : of the torque (pin) or force (slider), not below zero
-    threshold : rate, in the units of the model, below which the joint is taken to stick; a ten-thousandth of the largest that it has
-        had in the motion, unless told
-    smooth : a rate ε: the load is −size tanh(rate/ε), which has no threshold and can start at rest
+    size : magnitude of the torque (pin) or force (slider), ≥ 0
+    threshold : rate below which sliding ends, in the unit of the joint's rate; by default 1e-4 of the largest rate so far in the
+        motion
+    smooth : a rate ε: the load is −size tanh(rate/ε), which has no threshold, and motions may start at rest
     name : of the load
 
     Raises

@@ -2,8 +2,8 @@
 """Gears on any carriers: spur gears, external or internal, rack and pinion, bevel gears and worm gears.
 
 Teeth do not slip at the pitch point, along the common tangent, or along the normal of a worm's thread. The multiplier is the tooth
-force on the first gear along that direction, so that bearings feel the teeth too. Between joints of one carrier it is a configuration
-constraint, with pitch radii as the numbers of teeth, s = ±1 and the thread's rise p = r z_worm/z_wheel per rad
+force on the first gear along that direction, so that bearings feel the teeth too. Between joints of one carrier it is a
+configuration constraint, with pitch radii as the numbers of teeth, s = ±1 and the thread's rise p = r z_worm/z_wheel per rad
 
     r_a θ_a + r_b θ_b = r_a φ  (external, bevel)      r_a θ_a − r_b θ_b = r_a φ  (internal, b the ring)
     r (θ − φ) − s = 0  (rack on a slider)             s r θ_wheel ± p θ_worm = ± p φ  (worm),
@@ -98,16 +98,16 @@ def gear_pair(
     axis: Vector | None = None,
     phase: Any = 0,
 ) -> Constraint:
-    """Gears `a` and `b` mesh.
+    """The constraint of two meshing spur gears, or of a gear and an internal gear.
 
     Parameters
     ----------
     name : of the constraint
-    a, b : pin joints, or (frame, centre) of gears on any carriers whose centres keep their distance
-    teeth : numbers of teeth, or pitch radii: only their ratio counts
-    internal : whether `b` is a ring with teeth inside
-    axis : common unit vector of the gears' axes; that of `a` where it is a pin
-    phase : the angle φ of `a` at θ_b = 0, for gears on pins of one carrier: list the constraint in holonomic=
+    a, b : pin joints, or (frame, centre) of gears on any carriers with a constant distance of the centres
+    teeth : numbers of teeth of `a` and `b`, or their pitch radii, in any unit
+    internal : whether `b` is an internal (ring) gear
+    axis : unit vector of the gears' axes; by default that of the pin `a`
+    phase : the angle φ (rad) of `a` at θ_b = 0, if both are pins of one carrier
 
     Returns
     -------
@@ -177,7 +177,7 @@ def rack_and_pinion(
     along: Vector | None = None,
     phase: Any = 0,
 ) -> Constraint:
-    """A pinion meshes with a rack.
+    """The constraint of a pinion that meshes with a rack.
 
     Parameters
     ----------
@@ -185,10 +185,10 @@ def rack_and_pinion(
     pinion : its pin joint, or (frame, centre)
     rack : its slider, or (frame, any point fixed in it)
     radius : of the pinion's pitch circle, m
-    axis : unit vector of the pinion's axis; that of its pin
-    along : unit vector along the rack, fixed in a carrier of the pinion; the slider's axis. The teeth are on the side
+    axis : unit vector of the pinion's axis; by default that of its pin
+    along : unit vector along the rack, fixed in a carrier of the pinion; by default the slider's axis. The teeth are on the side
         along × axis of the pinion, so that turning about +axis moves the rack along +along; for the other side reverse `along`
-    phase : the angle φ of the pinion at s = 0, for joints of one carrier: list the constraint in holonomic=
+    phase : the angle φ (rad) of the pinion at s = 0, if both are joints of one carrier
 
     Returns
     -------
@@ -227,18 +227,18 @@ def bevel_pair(
     axes: tuple[Vector, Vector] | None = None,
     phase: Any = 0,
 ) -> Constraint:
-    """Bevel gears `a` and `b` mesh; their axes meet at the apex.
+    """The constraint of two meshing bevel gears, whose axes meet at the apex.
 
     Parameters
     ----------
     name : of the constraint
     a, b : pin joints, or (frame, centre) of gears on any carriers
-    teeth : numbers of teeth, or pitch radii: only their ratio counts
+    teeth : numbers of teeth of `a` and `b`, or their pitch radii, in any unit
     radius : pitch radius of `a`, m
-    apex : where the axes meet; by default the place of the pin `a`
-    axes : unit vectors of the axes, from the apex into the gears; those of the pins. Where both point away from the apex, or both to
-        it, the gears turn about them in opposite senses
-    phase : the angle φ of `a` at θ_b = 0, for pins of one carrier: list the constraint in holonomic=
+    apex : the point where the axes meet; by default that of the pin `a`
+    axes : unit vectors of the axes, from the apex towards the gears; by default those of the pins. If both point away from the
+        apex, or both towards it, the gears turn about them in opposite senses
+    phase : the angle φ (rad) of `a` at θ_b = 0, if both are pins of one carrier
 
     Returns
     -------
@@ -277,17 +277,18 @@ def worm_pair(
     axes: tuple[Vector, Vector] | None = None,
     phase: Any = 0,
 ) -> Constraint:
-    """A worm drives a wheel; their axes cross at right angles.
+    """The constraint of a worm and a worm wheel, whose axes are perpendicular.
 
     Parameters
     ----------
     name : of the constraint
-    wheel, worm : pin joints, or (frame, centre); the centre of the wheel is across from the axis of the worm
-    teeth : of the wheel, and the threads of the worm
-    radius : pitch radius of the wheel, m; that of the worm is what is left of the distance of the axes
+    wheel, worm : pin joints, or (frame, centre); the worm's centre lies in the plane through the wheel's centre perpendicular
+        to the wheel's axis
+    teeth : number of teeth of the wheel, and of threads of the worm
+    radius : pitch radius of the wheel, m; that of the worm is the distance of the axes less `radius`
     hand : "right" or "left", of the thread
-    axes : unit vectors of wheel and worm; those of the pins
-    phase : the angle φ of the worm at θ = 0 of the wheel, for pins of one carrier: list the constraint in holonomic=
+    axes : unit vectors of the axes of wheel and worm; by default those of the pins
+    phase : the angle φ (rad) of the worm at θ = 0 of the wheel, if both are pins of one carrier
 
     Returns
     -------

@@ -2,8 +2,8 @@
 """What the tree joints return: a child frame and point, with coordinates and speeds between them and the parent's.
 
 Every joint function takes the joint's name, the parent's point `at` which it sits and the parent frame, in this order; axes are
-unit vectors fixed in the parent frame. With all coordinates zero the child frame has the parent's orientation. Coordinates and speeds
-by name are angles in rad, lengths in m, and their rates.
+unit vectors fixed in the parent frame. With all coordinates zero the child frame has the parent's orientation. Coordinates and
+speeds by name are angles in rad, lengths in m, and their rates.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -46,12 +46,12 @@ class Twist(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joint(Immutable):
-    """A joint of the tree.
+    """A joint between a parent and a child, from `kn.pin`, `kn.slider`, ….
 
-    `frame` and `point` are the child's: build its body on them. `at` and `parent` are the parent's. `speeds` maps each of the
-    joint's generalized speeds to its definition: `speeds={**hinge.speeds, **slider.speeds}`. `free` are the motions that the
-    joint lets free; the force and torque that it transmits do no work on them. `named` are the coordinates and speeds that were
-    given by name or left out, whose units the joint chose.
+    `frame` and `point` are the child's, for its body to be declared with; `parent` and `at` are the parent's frame and point.
+    `coordinates` are the joint's symbols. `speeds` maps each of its generalized speeds to its definition, for `speeds=` of a System:
+    `{**hinge.speeds, **slider.speeds}`. `free` holds the relative motions (twists) that the joint allows; the force and torque that
+    it transmits do no work on them. `named` are the coordinates and speeds whose units the joint chose.
     """
 
     _other_names = MappingProxyType(
@@ -79,23 +79,23 @@ class Joint(Immutable):
 
     @property
     def axis(self) -> Vector:
-        """The axis of a joint that has one, the first of several."""
+        """The axis of the joint, a unit vector; the first of several."""
         if not self.axes:
             raise ModelError(f"Expected a joint with an axis, got {self.name!r}, a {self.kind} joint, which has none.")
         return self.axes[0]
 
     @property
     def angular_velocity(self) -> Vector:
-        """ω of the child frame in the parent frame, in rates."""
+        """Angular velocity of the child frame in the parent frame, written in rates of coordinates."""
         return self.frame.angular_velocity(self.parent)
 
     @property
     def velocity(self) -> Vector:
-        """Velocity of the child's joint point in the parent frame, in rates."""
+        """Velocity of the child's joint point in the parent frame, written in rates of coordinates."""
         return self.point.position(self.at).dt(self.parent)
 
     def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
-        """Whether some of the definitions hold a rate of this joint."""
+        """Whether one of the definitions contains the rate of a coordinate of this joint."""
         o = self.frame.orientation
         own = {rate(q) for q in self.coordinates} | set(o.quasi if o is not None else ())
         return any(s in own for s in free_symbols(definitions.values()))

@@ -50,17 +50,17 @@ def sphere_on_sphere(
     inside: bool = False,
     pole: Vector | None = None,
 ) -> Contact:
-    """A sphere on another one, or in a bowl: gap |s| − (r + r_other), s from the other's centre; in the plane disks.
+    """Contact of a sphere with another one, or with a bowl; in planar motion, of disks. Gap |s| − (r + r_other), s between centres.
 
     Parameters
     ----------
     name : of the contact; its constraints are "name normal", "name 1" and "name 2"
-    wheel, center : the sphere's frame and centre; the inertial frame if it does not turn
+    wheel, center : frame and centre of the first sphere; the inertial frame if it does not turn
     other, other_center : those of the other sphere; the inertial frame and a point fixed in it if it is at rest
-    radius, other_radius : m, not below zero: 0 is a particle
-    inside : the other one is hollow, and the sphere within: gap r_other − r − |s|
-    pole : an axis of a frame to which the normal, on the sphere, is never opposite, by which directions of slip are told; by default
-        z of the inertial frame, unless the normal stays across one of its axes
+    radius, other_radius : m, ≥ 0: a particle has the radius 0
+    inside : whether the other sphere is hollow, with the first one inside: gap r_other − r − |s|
+    pole : an axis of a frame, from which directions of slip are constructed: the normal must never be opposite to it. By default z
+        of the inertial frame, unless the normal stays perpendicular to one of its axes
 
     Raises
     ------
@@ -86,16 +86,16 @@ def sphere_on_cylinder(
     cylinder_radius: Any,
     inside: bool = False,
 ) -> Contact:
-    """A sphere on a long cylinder, or in a pipe: gap |s| − (r + r_cylinder), s = r − (r·w) w from its axis w.
+    """Contact of a sphere with a long cylinder, or a pipe: gap |s| − (r + r_cylinder), s from its axis to the sphere's centre.
 
     Parameters
     ----------
     name : of the contact; its constraints are "name normal", "name 1", along the axis, and "name 2", across
     wheel, center : the sphere's frame and centre; the inertial frame if it does not turn
     cylinder, axis_point : the cylinder's frame and a point of its axis; the inertial frame if it is at rest
-    axis : w, a unit vector fixed in the cylinder
-    radius, cylinder_radius : m, not below zero
-    inside : the cylinder is a pipe, and the sphere within
+    axis : unit vector of the axis, fixed in the cylinder
+    radius, cylinder_radius : m, ≥ 0
+    inside : whether the cylinder is a pipe with the sphere inside
 
     Raises
     ------
@@ -122,7 +122,7 @@ def capsule_on_plane(
     along: Vector | None = None,
     surface: Vector | None = None,
 ) -> tuple[Contact, ...]:
-    """A capsule on a plane: its two end spheres, "name 1" and "name 2". `ends` are their centres, others as of `sphere_on_plane`."""
+    """Contacts "name 1" and "name 2" of a capsule's end spheres with a plane; `ends` are their centres, else as `sphere_on_plane`."""
     centers = _several(name, ends, "centres of the ends", 2)
     return tuple(
         sphere_on_plane(f"{name} {k}", capsule, c, plane, radius=radius, normal=normal, along=along, surface=surface)
@@ -139,9 +139,9 @@ def corners_on_plane(
     along: Vector | None = None,
     surface: Vector | None = None,
 ) -> tuple[Contact, ...]:
-    """The corners of a polygon or a polyhedron on a plane, "name 1" and so on: what is convex touches with these alone.
+    """Contacts of a convex polygon or polyhedron with a plane, "name 1", "name 2", …: one for each corner.
 
-    `corners` are particles of the body, made with `fixed_in`; other arguments as of `point_on_plane`.
+    `corners` are particles of the body, made with `fixed_in`; other arguments as for `point_on_plane`.
     """
     return tuple(
         point_on_plane(f"{name} {k}", p, plane, normal=normal, along=along, surface=surface)

@@ -15,15 +15,16 @@ _called = expect.keywords(*JointNames.__annotations__)
 
 @_called
 def pin(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[JointNames]) -> Joint:
-    """A child frame turned by an angle q about `axis`; u = q̇.
+    """A pin (revolute) joint: the child frame turns by an angle q about `axis` of the parent; u = q̇.
 
     Parameters
     ----------
-    name : of the joint; child, coordinate (q_name) and speed (u_name) are named after it where they are not given
-    at, parent : the parent's joint point and frame
-    axis : a unit vector fixed in the parent frame
+    name : of the joint; unless given, the child frame, the coordinate (q_name) and the speed (u_name) are named after it
+    at, parent : the joint's point and frame on the parent
+    axis : unit vector fixed in the parent frame
     child : name of the child frame
-    coordinates, speeds : names or symbols; speeds also as a mapping to definitions. By name they are in rad, m and per second
+    coordinates, speeds : names or symbols; for speeds also a mapping of each to its definition. Coordinates made from names are in
+        rad or m, speeds in rad/s or m/s
     """
     s = Seat("pin", name, at, parent, **called)
     a = s.axis(axis)
@@ -33,7 +34,7 @@ def pin(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[J
 
 @_called
 def slider(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[JointNames]) -> Joint:
-    """A child that slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
+    """A slider (prismatic joint): the child slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
     s = Seat("slider", name, at, parent, **called)
     a = s.axis(axis)
     (q,) = s.symbols(q="m")
@@ -42,7 +43,7 @@ def slider(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpac
 
 @_called
 def cylindrical(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[JointNames]) -> Joint:
-    """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
+    """A cylindrical joint: the child turns by q about `axis`, slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
     seated = Seat("cylindrical", name, at, parent, **called)
     a = seated.axis(axis)
     q, s = seated.symbols(q="rad", s="m")
@@ -52,9 +53,9 @@ def cylindrical(name: str, at: Point, parent: Frame, *, axis: Vector, **called: 
 
 @_called
 def screw(name: str, at: Point, parent: Frame, *, axis: Vector, pitch: Any, **called: Unpack[JointNames]) -> Joint:
-    """A child that turns by q about `axis` and advances by `pitch`·q along it; u = q̇. Other arguments as for `kn.pin`.
+    """A screw joint: the child turns by q about `axis` and advances by `pitch`·q along it; u = q̇. Other arguments as for `kn.pin`.
 
-    `pitch` is in m/rad, positive for a right-hand thread: a lead of l a turn is l/(2π).
+    `pitch` is in m/rad, positive for a right-hand thread: a lead of l per turn is a pitch of l/(2π).
     """
     s = Seat("screw", name, at, parent, **called)
     a, h = s.axis(axis), as_expr(pitch)
@@ -64,10 +65,10 @@ def screw(name: str, at: Point, parent: Frame, *, axis: Vector, pitch: Any, **ca
 
 @_called
 def planar(name: str, at: Point, parent: Frame, *, normal: Vector, **called: Unpack[JointNames]) -> Joint:
-    """A child displaced by x e₁ + y e₂ in the plane across `normal`, then turned by q about it; u = (ẋ, ẏ, q̇).
+    """A planar joint: the child moves by x e₁ + y e₂ in the plane perpendicular to `normal`, and turns by q about it; u = (ẋ, ẏ, q̇).
 
-    `normal` is a unit vector fixed in the parent frame, e₁ and e₂ are parent's, e₁ × e₂ = normal (x and y for z), in `joint.axes`
-    after it. Other arguments as for `kn.pin`.
+    `normal` is a unit vector fixed in the parent frame. So are e₁ and e₂, with e₁ × e₂ = normal (x and y if normal is z);
+    `joint.axes` is (normal, e₁, e₂). Other arguments as for `kn.pin`.
     """
     s = Seat("planar", name, at, parent, **called)
     n = s.axis(normal, "normal")
@@ -82,10 +83,10 @@ def planar(name: str, at: Point, parent: Frame, *, normal: Vector, **called: Unp
 def universal(
     name: str, at: Point, parent: Frame, *, axes: tuple[Vector, Vector], **called: Unpack[JointNames]
 ) -> Joint:
-    """A child that turns by q1 about the first axis, fixed in the parent, then by q2 about the second, which turns with the cross.
+    """A universal (Cardan) joint: the child turns by q1 about an axis of the parent, then by q2 about an axis of the cross; u = q̇.
 
-    `axes` are two perpendicular unit vectors as they lie in the parent at q1 = 0; the second is fixed in the child too. u = q̇.
-    The cross is the frame `joint.frame.parent`; it bears no mass. Other arguments as for `kn.pin`.
+    `axes` are these two axes, perpendicular unit vectors given in the parent frame for q1 = 0; the second is fixed in the child
+    too. The cross, without mass, is the frame `joint.frame.parent`. Other arguments as for `kn.pin`.
     """
     s = Seat("universal", name, at, parent, **called)
     first, second = perpendicular_axes(name, axes, parent)
@@ -98,7 +99,7 @@ def universal(
 
 
 def weld(name: str, at: Point, parent: Frame, *, child: str = "") -> Joint:
-    """A child fixed to the parent: no coordinate, no speed."""
+    """A weld: a child frame fixed to the parent, without coordinates and speeds."""
     s = Seat("weld", name, at, parent, child)
     return s.joint([], s.turned(0, parent.x))
 
@@ -137,10 +138,10 @@ def ball(
     sequence: str = "xyz",
     **called: Unpack[JointNames],
 ) -> Joint:
-    """A child that turns about a point; speeds are the measure numbers of its ω in the parent along its own axes.
+    """A ball joint; its speeds are the measure numbers of the child's angular velocity in the parent along the child's axes.
 
-    `orientation` is "euler parameters" (e0, e1, e2, e3; the scalar one first) or "angles", body-fixed ones in the given `sequence`,
-    whose rates are singular at some configuration while u and u̇ are not. Other arguments as for `kn.pin`.
+    `orientation` is "euler parameters" (e0, e1, e2, e3; e0 the scalar one) or "angles": three body-fixed ones (rad) about the axes
+    of `sequence`, whose rates are singular in some orientation, while u and u̇ are not. Other arguments as for `kn.pin`.
     """
     s = Seat("ball", name, at, parent, **called)
     frame, q, free, spins = _turned(s, orientation, sequence)
@@ -158,10 +159,11 @@ def free(
     velocity: Literal["child", "parent"] = "child",
     **called: Unpack[JointNames],
 ) -> Joint:
-    """A child oriented as by `kn.ball`, at x, y, z along the parent's axes: coordinates and speeds stand in this order.
+    """A joint with six degrees of freedom: the child's orientation as for `kn.ball`, and its position x, y, z along the parent's axes.
 
-    Speeds are the measure numbers of its ω in the parent along its own axes, then those of the velocity of its joint point in the
-    parent along the axes of the child or of the parent, as `velocity` says. Other arguments as for `kn.pin`.
+    Coordinates are those of orientation, then x, y, z. Speeds are the measure numbers of the child's angular velocity in the parent
+    along the child's axes, then those of its joint point's velocity in the parent along the axes of the child or of the parent, as
+    `velocity` says. Other arguments as for `kn.pin`.
     """
     s = Seat("free", name, at, parent, **called)
     expect.that(velocity in ("child", "parent"), f"velocity='child' or 'parent' for {name!r}", velocity)

@@ -31,11 +31,11 @@ _KINDS = {0: "fold", 1: "flip", 2: "torus"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CycleChange(Attributes):
-    """A multiplier on the unit circle: where a cycle comes to be stable, or to be so no more.
+    """A bifurcation of limit cycles: a Floquet multiplier crosses the unit circle.
 
-    `kind` is "fold" (1, the cycle meets another one), "flip" (−1, a cycle of twice the period branches off) or "torus" (a pair e^±iφ).
-    `value` is that of the parameter, `between` the places of the branch's cycles before and after it; `grows` says whether
-    disturbances grow after it.
+    `kind` is "fold" (multiplier 1: two cycles merge), "flip" (−1: a cycle of twice the period branches off) or "torus" (a pair
+    e^±iφ). `value` is that of the parameter, `between` the indices of the cycles of the branch before and after it; `grows` tells
+    whether perturbations of the cycle grow after it.
     """
 
     value: float
@@ -51,11 +51,10 @@ class CycleChange(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CycleBranch(Attributes):
-    """Cycles along a branch, `cycles` at `values` of `symbol`, in order along it.
+    """A branch of limit cycles: `cycles` at `values` of the parameter `symbol`, in order along the branch.
 
-    `multipliers` (cycles × m) keeps each in one column, `turning` holds the places at which the branch turns back, and `changes` says
-    where a multiplier crosses the unit circle. `len(branch)` is how many there are; `kn.figures.root_locus(branch)` draws
-    the exponents.
+    `multipliers` (cycles × m) has each Floquet multiplier in one column, `turning` holds the indices of turning points, and
+    `changes` the bifurcations. `len(branch)` is the number of cycles; `kn.figures.root_locus(branch)` draws the Floquet exponents.
     """
 
     symbol: Parameter
@@ -68,7 +67,7 @@ class CycleBranch(Attributes):
 
     @property
     def periods(self) -> Array:
-        """T of each cycle (s)."""
+        """Period T of each cycle (s)."""
         return np.array([c.period for c in self.cycles])
 
     @property
@@ -78,12 +77,12 @@ class CycleBranch(Attributes):
 
     @property
     def turning_points(self) -> tuple[float, ...]:
-        """The values at which the branch turns back."""
+        """The values of the parameter at the turning points of the branch."""
         return tuple(self.values[list(self.turning)].tolist())
 
     @property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
-        """Floquet exponents ln μ/T (1/s), but of multipliers that vanish; the real part is below zero where a cycle is stable."""
+        """Floquet exponents ln μ/T (1/s) of nonzero multipliers; all real parts are negative for a stable cycle."""
         kept = np.abs(self.multipliers).min(axis=0, initial=np.inf) > 1e-12
         return np.asarray(np.log(self.multipliers[:, kept]) / self.periods[:, None])
 

@@ -25,20 +25,21 @@ from kane.progress import working
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LimitCycle(Attributes):
-    """A motion that comes back to its start.
+    """A limit cycle: a periodic motion, from `kn.cycles.limit_cycle`.
 
     Attributes
     ----------
     start : State
-        where it begins, with the values of parameters; on a section whose event acts, after its action
+        a state on the cycle, with the values of parameters; on a section whose event has an action, the state after it
     period : T (s)
-    multipliers : Floquet multipliers (complex), by falling size, without the one that belongs to the flow of an autonomous cycle
-    matrix : D (n × n) over `names`: the derivative of the map to the section, or the monodromy matrix over a period
+    multipliers : Floquet multipliers (complex), in the order of decreasing magnitude, without the trivial one of an autonomous
+        cycle
+    matrix : D (n × n) over `names`: the derivative of the Poincaré map, or the monodromy matrix over a period
     names : the independent perturbations of the start: coordinates, speeds, further states
     solution : Solution
         the motion over one period
-    residual : what is left of P(x) − x, the largest share of the size of its component
-    steps : Newton's steps
+    residual : the largest component of P(x) − x, relative to its magnitude along the cycle
+    steps : number of Newton steps
     """
 
     start: State
@@ -54,34 +55,34 @@ class LimitCycle(Attributes):
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers lie within the unit circle: motions beside it come nearer."""
+        """Whether all multipliers lie within the unit circle: neighbouring motions approach the cycle."""
         return bool(np.all(np.abs(self.multipliers) < 1.0))
 
     @property
     def map(self) -> ReturnMap:
-        """P."""
+        """The map P of a state to the next passage of the section, or over a period."""
         return self.shooting.map
 
     @property
     def section(self) -> str | None:
-        """The name of the event that is the section; None over a given period."""
+        """The name of the event that defines the section; None if the period is given."""
         return None if self.map.section is None else self.map.section.name
 
     @property
     def equations(self) -> Equations:
-        """The equations, which watch the section."""
+        """The equations of motion, with the section among their events."""
         return self.map.eom
 
     def follow(self, parameter: Any, to: Any, *, max_points: int = 200, locate: bool = True) -> CycleBranch:
-        """The cycles as a parameter changes, by pseudo-arclength, past values at which they turn back.
+        """Follow the branch of limit cycles as a parameter varies, by pseudo-arclength continuation, past turning points.
 
         Parameters
         ----------
-        parameter : by symbol or name
-        to : the last value, or several that increase or decrease from the present one: the branch has a cycle at each, and at each
-            turning point
-        max_points : steps along the branch at most
-        locate : whether to find where multipliers cross the unit circle
+        parameter : the parameter, by symbol or name
+        to : the last value; or several values, increasing or decreasing from the present one: the branch has a cycle at each of
+            them, and at each turning point
+        max_points : largest number of steps along the branch
+        locate : whether to locate the crossings of the unit circle by multipliers
 
         Returns
         -------
@@ -91,7 +92,7 @@ class LimitCycle(Attributes):
         Raises
         ------
         SimulationError
-            if the values are none to follow, or the start is told by Euler parameters
+            if `to` has no suitable values, or the orientation of a body is described by Euler parameters
         """
         return follow(self, parameter, to, max_points, locate, of_shot)
 
@@ -138,29 +139,33 @@ def limit_cycle(
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> LimitCycle:
-    """The cycle near a state: x with P(x) = x, by Newton's method with the exact derivative of the motion.
+    """Find a limit cycle near a state: x with P(x) = x, by Newton's method with exact derivatives of the motion.
 
-    P leads to the next passage of a `section`, after its action if it has one, or over a `period`. Events on the way may
-    act, contacts may stick, slip, separate and hit.
+    P maps a state to that at the next passage of a `section`, after its action if it has one, or after a `period`. On the way
+    events may have actions, and contacts may stick, slip, separate and collide.
 
     Parameters
     ----------
     eom : Equations
-    state : `kn.State` of the guess, in place of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of one of the system, at which the cycle begins and ends. Its `then=` may
-        relabel legs, so that a step counts as a cycle
-    period : of forced systems, in s: a number or an expression of parameters, `2*kn.pi/omega`
-    cyclic : coordinates or states that may go on, and on which nothing else depends: the way that a walker has gone
-    within : how long the section is waited for (s)
-    tolerance : up to which P(x) − x counts as zero, a share of the largest size of each component along the motion
-    max_steps : Newton's steps at most
+    state : a `kn.State` as initial guess, instead of q, u, states, parameters, inputs and t
+    section : a `kn.Event`, or the name of an event of the system, at which the cycle starts and ends. An action `then=` may
+        exchange legs, so that each step of a walker is a cycle
+    period : the period of a forced system (s): a number, or an expression of parameters such as `2*kn.pi/omega`
+    cyclic : coordinates or states that need not return, and on which nothing depends: the distance that a walker has covered
+    within : longest time until the section is reached (s)
+    tolerance : largest admissible P(x) − x, relative to the largest magnitude of each component along the motion
+    max_steps : largest number of Newton steps
     rtol, atol : tolerances of the motions
-    q, u, states, parameters, inputs, t : the guess; under constraints it is assembled
+    q, u, states, parameters, inputs, t : the initial guess; under constraints it is assembled
+
+    Returns
+    -------
+    LimitCycle
 
     Raises
     ------
     SimulationError
-        if neither or both of section and period are given, or period ≤ 0; if the start is off a section that does not act, the
+        if neither or both of section and period are given, or period ≤ 0; if the guess is not on a section without action, the
         section is not reached, the cycle grazes an event, a multiplier is 1, or Newton's method does not converge
 
     Notes

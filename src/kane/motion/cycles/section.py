@@ -19,9 +19,10 @@ from kane.progress import working
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SectionPoints(Attributes):
-    """Passages of a section: `t` (n) and `states` (n × (q, u, a)), after the section's action if it has one.
+    """Passages of a Poincaré section: `t` (n) and `states` (n × (q, u, a)), after the action of the section if it has one.
 
-    `points[x]` are the values of a coordinate, speed or state, by symbol or name (n). `message` says why there are no more.
+    `points[x]` are the values (n) of a coordinate, speed or state, by symbol or name. `message` gives the reason if passages are
+    missing.
     """
 
     equations: Equations
@@ -55,23 +56,23 @@ def poincare(
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> SectionPoints:
-    """The next `count` passages of a section by the motion from a state.
+    """Simulate from a state, and return the next `count` passages of a Poincaré section.
 
     Parameters
     ----------
     eom : Equations
-    state : `kn.State` of the start, in place of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of one of the system. Of forced systems `kn.Event("period", kn.sin(omega*kn.time/2))`
-        looks once a period 2π/ω
-    count : how many passages
-    within : how long one is waited for (s)
+    state : a `kn.State` as initial state, instead of q, u, states, parameters, inputs and t
+    section : a `kn.Event`, or the name of an event of the system. For a forced system,
+        `kn.Event("period", kn.sin(omega*kn.time/2))` occurs once per period 2π/ω
+    count : number of passages
+    within : longest time between passages (s)
     rtol, atol : tolerances of the motion
-    q, u, states, parameters, inputs, t : the start
+    q, u, states, parameters, inputs, t : the initial state
 
     Returns
     -------
     SectionPoints
-        fewer where the motion does not come to the section any more: `message` says why
+        fewer than `count` if the motion ends or does not reach the section again; `message` gives the reason
 
     Raises
     ------

@@ -24,15 +24,15 @@ Back = Callable[[Seeds, int, Array], tuple[Array, float]]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AdjointSensitivities(Attributes):
-    """∂/∂b of a motion by adjoint equations: of what is asked for, at a price that hardly depends on how many b are.
+    """Derivatives of a motion with respect to b by adjoint equations, at a cost that hardly depends on the number of b.
 
-    `s[expression]` is the derivative of anything at the samples by all of b, (n × k) of an expression, (n × 3 × k) of a vector:
-    as of `Sensitivities`; each sample and component has its own way back, so that few samples serve best. `s.cost(…)` is one way back.
+    `s[expression]` are the derivatives at all samples: (n × k) of an expression, (n × 3 × k) of a vector, as for `Sensitivities`.
+    Each sample and component takes one backward integration, so that few samples are best; `s.cost(…)` takes a single one.
 
     Attributes
     ----------
     motion : Solution
-    by : b (k), parameters, and coordinates, speeds or further states, which stand for their start values
+    by : b (k): parameters, and coordinates, speeds or further states, which stand for their initial values
     """
 
     motion: Solution
@@ -46,7 +46,7 @@ class AdjointSensitivities(Attributes):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of b that are parameters."""
+        """The parameters among b."""
         return tuple(s for s in self.by if isinstance(s, Parameter))
 
     @property
@@ -72,7 +72,7 @@ class AdjointSensitivities(Attributes):
         return self.back(Seeds(rows, None), count * m, own)[0].reshape(count, m, -1)
 
     def cost(self, end: Any = 0, *, integral: Any = 0, samples: Mapping[Any, Any] | None = None) -> "Cost":
-        """J = e(x(T)) + ∫ L dt + Σ w·y(t_i), and its gradient by all of b.
+        """The cost J = e(x(T)) + ∫ L dt + Σ w·y(t_i), and its gradient with respect to all b.
 
         Parameters
         ----------
@@ -83,7 +83,7 @@ class AdjointSensitivities(Attributes):
         Raises
         ------
         SimulationError
-            if nothing is asked for, or weights are not as many numbers as there are samples
+            if no term of J is given, or the number of weights differs from that of the samples
         """
         motion = self.motion
         e, integrand = (_one(motion, what) for what in (end, integral))
@@ -103,9 +103,9 @@ class AdjointSensitivities(Attributes):
     def weighted(
         self, numbers: Sequence[Mapping[Expr, Array]], integrand: Integrand | None = None
     ) -> tuple[Array, Array]:
-        """Numbers Σ w·y(t_i) + factor ∫ L dt, each {y: weights w of the samples}, m of them, and their gradients (m × k).
+        """Values (m) of Σ w·y(t_i) + factor ∫ L dt, and their gradients (m × k), by one backward integration.
 
-        They are found by one way back.
+        `numbers` holds a mapping {y: weights w of the samples} for each of the m values.
         """
         motion, own = self.motion, self.parameters
         n, count, parts = motion.states.shape[1], len(motion), dict.fromkeys(y for number in numbers for y in number)
@@ -124,7 +124,7 @@ class AdjointSensitivities(Attributes):
 
 
 class Cost(NamedTuple):
-    """J and ∂J/∂b."""
+    """The `value` of a cost J, and its `gradient` ∂J/∂b (k)."""
 
     value: float
     gradient: Array

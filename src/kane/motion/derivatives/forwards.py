@@ -39,16 +39,16 @@ def differentiable(motion: Solution, what: Any) -> tuple[Sequence[Expr], tuple[i
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities(Attributes):
-    """∂x/∂b of a motion, at the times of its samples.
+    """Derivatives ∂x/∂b of a motion with respect to parameters and initial values, at its samples.
 
-    `s[expression]` is the derivative of anything along the motion by all of b: (n × k) of an expression or name, (n × 3 × k) of a
-    vector. Where events change the state two samples have one time, and the derivatives before and after differ by the saltation
-    matrix.
+    `s[expression]` are the derivatives along the motion with respect to all b: (n × k) of an expression or name, (n × 3 × k) of a
+    vector. Where events change the state, two samples have the same time, and the derivatives before and after differ by the
+    saltation matrix.
 
     Attributes
     ----------
     motion : Solution
-    by : b (k), parameters, and coordinates, speeds or further states, which stand for their start values
+    by : b (k): parameters, and coordinates, speeds or further states, which stand for their initial values
     states : ∂(q, u, a)/∂b (n × states × k)
     """
 

@@ -3,7 +3,8 @@
 
 With the measured values y of columns c at times i, and h of the model, the sum of ((y − h)/σ_c)² is least. Its Jacobian is exact:
 −(∂h/∂x Ψ + ∂h/∂p)/σ_c with Ψ of the variational equations. Unstable and chaotic motions are cut into segments, each with a start of
-its own; what they leave between each other counts as measured to be zero, ever more precisely (Bock 1987; Voss, Timmer, Kurths 2004).
+its own; what they leave between each other counts as measured to be zero, ever more precisely (Bock 1987; Voss, Timmer, Kurths
+2004).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -225,30 +226,31 @@ def fit(
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> Fit:
-    """Parameters and start values of the motion that passes measured values nearest, by least squares with exact Jacobians.
+    """Estimate parameters and initial values from measurements of a motion, by least squares with exact Jacobians.
 
-    Any equations whose motions have derivatives are fitted: closed loops, contacts with stick and slip, events, inputs with gains.
+    Systems may have closed loops, contacts with stick and slip, events, and inputs with unknown gains: motions must be
+    differentiable.
 
     Parameters
     ----------
     eom : Equations
     data : DataFrame, Dataset, or dict of arrays; or a list of these
-        times "t" (s), and columns that are names of the equations or of `outputs`; NaN where a value is missing. The motion begins at
-        the first time. Of several sets each is a motion of its own, with the same unknown parameters and start values of its own
-    unknown : parameters, of the equations or of inputs that are expressions; coordinates, speeds or states whose start values are
-        unknown. `parameters`, `q`, `u` have where the search begins
-    outputs : {column: expression}, what was measured where that is no symbol's name
-    sigma : standard deviation of each column, {column: σ}, or a number for all. Unless told it is estimated from what is left;
-        with several segments it must be told
+        times "t" (s), and columns named as symbols of the equations or as `outputs`; NaN for missing values. The motion starts at
+        the first time. Each of several sets is a motion with its own initial values, and with the same unknown parameters
+    unknown : parameters, of the equations or of inputs that are expressions; and coordinates, speeds or states with unknown initial
+        values. `parameters`, `q`, `u` contain the initial guesses
+    outputs : {column: expression} for measured quantities that are not symbols
+    sigma : standard deviations {column: σ}, or a number for all columns; by default estimated from the residuals. Required with
+        several segments
     bounds : {unknown: (low, high)}, None for no bound
-    physical : whether bodies stay possible: masses above zero, moments of inertia of some distribution of mass. Errors are those of
-        the data alone; where noise would lead outside, the estimate stays at the edge, and is nearer than they say
-    segments : into how many pieces the motion is cut, each with a start of its own, where small errors grow: more than one where
-        errors grow a thousandfold along the data
+    physical : whether to keep inertial parameters physically consistent: positive masses, and inertias of a distribution of
+        positive mass. Standard errors ignore this condition: where it is active, they are too large
+    segments : number of segments of the motion, each with its own initial state (multiple shooting); use several if small errors
+        grow a thousandfold over the time of the data
     rtol, atol : tolerances of the motions
-    max_steps : evaluations of one least-squares problem at most
-    state : of several sets, one for all or a list with one for each: starts, inputs, and parameters that are known
-    q, u, states, parameters, inputs : as `kn.simulate` takes them
+    max_steps : largest number of evaluations of one least-squares problem
+    state : for several sets, one `kn.State` for all, or a list: initial values, inputs, and known parameters
+    q, u, states, parameters, inputs : as for `kn.simulate`
 
     Returns
     -------
@@ -258,13 +260,13 @@ def fit(
     Raises
     ------
     SimulationError
-        if data do not fit the equations, unknowns are not determined by what was measured (those are named), the first motion does
-        not reach the end of the data, or no minimum is found
+        if data do not match the equations, the measurements do not determine the unknowns (the message names them), the first
+        motion does not reach the end of the data, or no minimum is found
 
     Notes
     -----
-    Bock, H. G. (1987), Randwertproblemmethoden zur Parameteridentifizierung in Systemen nichtlinearer Differentialgleichungen, Bonner
-    Mathematische Schriften 183; `scipy.optimize.least_squares`, method "trf".
+    Bock, H. G. (1987), Randwertproblemmethoden zur Parameteridentifizierung in Systemen nichtlinearer Differentialgleichungen,
+    Bonner Mathematische Schriften 183; `scipy.optimize.least_squares`, method "trf".
 
     Examples
     --------

@@ -29,22 +29,22 @@ class FittedRun(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Attributes):
-    """What makes a motion pass measured values nearest; of several sets of data the first, and `runs` all.
+    """The result of `kn.fitting.fit`: estimates of the unknowns, and the motion with them; of several sets of data, of the first.
 
     Attributes
     ----------
-    values : {symbol: value} of the unknowns
+    values : {symbol: estimate} of the unknowns
     errors : {symbol: standard error}
-    covariance : (k × k), in the order of the unknowns; then of the start values of further sets
-    sigma : {column: standard deviation of what was measured}, as given or estimated
-    residuals : {column: measured less motion (n)}, NaN in gaps
+    covariance : of the estimates (k × k), in the order of the unknowns, followed by the initial values of further sets
+    sigma : {column: standard deviation of the measurements}, as given or estimated
+    residuals : {column: measured values minus those of the motion (n)}, NaN for missing data
     motion : Solution
-        the motion that was found, at the times of the data
-    parameters : all values of parameters, for `kn.simulate(…, parameters=fit.parameters)`
+        the fitted motion, at the times of the data
+    parameters : values of all parameters, for `kn.simulate(…, parameters=fit.parameters)`
     start : State
-    gap : what segments leave between each other, the largest share of the size of a state; 0 of one segment
-    steps : evaluations of the motion
-    runs : of each set of data its values, errors, residuals, motion, start and data
+    gap : the largest discontinuity between segments, relative to the magnitude of a state; 0 for one segment
+    steps : number of evaluations of the motion
+    runs : values, errors, residuals, motion, start and data for each set of data
     """
 
     values: Mapping[Symbol, float]
@@ -61,7 +61,7 @@ class Fit(Attributes):
 
     @property
     def correlation(self) -> Array:
-        """Of the estimates (k × k)."""
+        """The correlation matrix of the estimates (k × k)."""
         sizes = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(sizes, sizes))
 

@@ -29,44 +29,44 @@ def sensitivities(
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> Sensitivities | AdjointSensitivities:
-    """The derivatives of a motion by parameters and start values, at every sample.
+    """Simulate a motion with its derivatives with respect to parameters and initial values, at every sample.
 
-    Between events they obey the variational equations Ψ′ = J Ψ + ∂f/∂b along the motion, which are stepped by collocation of order 16
-    until nine digits stay; at events, modes of contacts and impacts they leap by saltation matrices. By "adjoint" weights of what is
-    asked for go the other way, from the end to the start: for few numbers and many of `by`.
+    Between events, the derivatives satisfy the variational equations Ψ′ = J Ψ + ∂f/∂b along the motion, which are integrated by
+    collocation of order 16 to nine digits; at events, changes of contact modes and impacts they jump by saltation matrices. With
+    method "adjoint", the adjoint equations are integrated backwards instead, which is efficient for few values and many `by`.
 
     Parameters
     ----------
     eom : Equations
     span : (float, float)
         beginning and end (s)
-    by : parameters, of the equations or of inputs that are expressions; coordinates, speeds or states for their start values. Under
-        constraints the independent start values stay where a parameter changes, the others follow
-    state : `kn.State` of the start, in place of q, u, states, parameters and inputs
-    samples : how many, or at which times
-    method : "forward", all states by all of `by` at once; "adjoint", what is asked for by one way back along the motion, which takes
-        hardly longer for a hundred `by` than for one
-    rtol, atol : tolerances of the motion. The derivatives are those of what was computed
-    q, u, states, parameters, inputs : the start as `kn.simulate` takes it; under constraints it is assembled
+    by : parameters, of the equations or of inputs that are expressions; and coordinates, speeds or states, which stand for their
+        initial values. Under constraints, parameters vary with fixed independent initial values, which determine the dependent ones
+    state : a `kn.State` as initial state, instead of q, u, states, parameters and inputs
+    samples : number of samples, or their times
+    method : "forward" integrates the derivatives of all states with respect to all of `by`; "adjoint" takes a backward integration
+        for each requested value, and hardly more time for a hundred `by` than for one
+    rtol, atol : tolerances of the motion; the derivatives are those of the computed motion
+    q, u, states, parameters, inputs : the initial state, as for `kn.simulate`; under constraints it is assembled
 
     Returns
     -------
     Sensitivities or AdjointSensitivities
-        `s.states` (samples × states × by), `s[expression]` (samples × by), `s.motion`; by "adjoint" they are found when they are asked
-        for, and `s.cost(end, integral=…, samples=…)` is a cost and its gradient (by)
+        `s.states` (samples × states × by), `s[expression]` (samples × by), `s.motion`; with "adjoint" computed on request, and
+        `s.cost(end, integral=…, samples=…)` is a cost with its gradient (by)
 
     Raises
     ------
     SimulationError
-        if the motion has no derivative: it grazes an event, or meets two at one instant; or a rate jumps without one. If start values
-        in `by` depend on each other
+        if the motion has no derivative: it grazes an event, two events coincide, or a rate jumps without an event; or if initial
+        values in `by` depend on each other
 
     Notes
     -----
-    Aizerman, M. A., Gantmakher, F. R. (1958), On the stability of periodic motions, J. Appl. Math. Mech. 22, 1065–1078; Leine, R. I.,
-    Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer, sec. 7.5. Adjoint equations of steps:
-    Hager, W. W. (2000), Runge–Kutta methods in optimal control and the transformed adjoint system, Numer. Math. 87, 247–282;
-    Sanz-Serna, J. M. (2016), Symplectic Runge–Kutta schemes for adjoint equations, SIAM Rev. 58, 3–33.
+    Aizerman, M. A., Gantmakher, F. R. (1958), On the stability of periodic motions, J. Appl. Math. Mech. 22, 1065–1078; Leine, R.
+    I., Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer, sec. 7.5. Adjoint equations of
+    steps: Hager, W. W. (2000), Runge–Kutta methods in optimal control and the transformed adjoint system, Numer. Math. 87,
+    247–282; Sanz-Serna, J. M. (2016), Symplectic Runge–Kutta schemes for adjoint equations, SIAM Rev. 58, 3–33.
 
     Examples
     --------

@@ -3,8 +3,8 @@
 
 The cost is J = e(x(T)) + ∫ L dt, the integral along the way back, across events. Gradients of costs and conditions are
 those of the variational equations, or of the adjoint ones, exact as the motion is (Betts 2010, ch. 3: direct shooting). Inputs of
-time that are linear in the unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead to
-is run as one.
+time that are linear in the unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead
+to is run as one.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,7 +42,7 @@ equations take 9 to 50, of ten rods 8 in place of 1,000."""
 
 
 class Curve(NamedTuple):
-    """An input whose values at `times` are the parameters `nodes`: `expression` of time."""
+    """An input with unknown values, from `kn.fitting.curve`: `expression` of time through the parameters `nodes`."""
 
     expression: Expr
     nodes: tuple[Parameter, ...]
@@ -52,14 +52,15 @@ class Curve(NamedTuple):
 
 
 def curve(name: str, times: Sequence[float], values: Any = 0.0, *, kind: Kind = "linear", unit: str = "") -> Curve:
-    """An input to be found: an expression of time through unknown values at times.
+    """An input for `shoot` to determine: a function of time through unknown values at given times.
 
     Parameters
     ----------
-    name : of the parameters: name_0, name_1, …
-    times : increasing (s)
-    values : where the search begins, one for all or one each
-    kind : "linear", "cubic", or "steps", as of `kn.table`
+    name : stem of the names of the unknown parameters, name_0, name_1, …
+    times : increasing times (s)
+    values : initial guesses of the values, one for all or one for each time
+    kind : "linear", "cubic" or "steps", as for `kn.table`
+    unit : unit of the values
 
     Examples
     --------
@@ -82,17 +83,17 @@ def curve(name: str, times: Sequence[float], values: Any = 0.0, *, kind: Kind = 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Shot(Attributes):
-    """A motion that ends where it should.
+    """The result of `kn.fitting.shoot`: a motion that satisfies its final conditions.
 
     Attributes
     ----------
     values : {unknown: value}
-    cost : J; 0 where none was asked for
-    off : how far the conditions at the end are missed, the largest
+    cost : the cost J; 0 if none was given
+    off : the largest residual of the final conditions
     motion : Solution
-    parameters, start : for `kn.simulate`
-    steps : motions that were run
-    message : of the optimizer
+    parameters, start : parameters and initial state, for `kn.simulate`
+    steps : number of motions simulated
+    message : message of the optimizer
     """
 
     values: Mapping[Symbol, float]
@@ -248,26 +249,26 @@ def shoot(
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> Shot:
-    """Inputs, parameters and start values with which a motion ends where it should, at the least cost.
+    """Find inputs, parameters and initial values with which a motion satisfies conditions at its end, at the least cost.
 
-    Without a cost the conditions at the end are solved, by the change of the unknowns that is least where several solve them; with one
-    it is minimized under them by sequential quadratic programming. Contacts and events may be on the way.
+    Without a cost the conditions are solved, with the least change of the unknowns if there are several solutions; a cost is
+    minimized subject to the conditions by sequential quadratic programming. The motion may have contacts and events.
 
     Parameters
     ----------
     eom : Equations
     span : (float, float)
     unknown : parameters, of the equations or of inputs (`kn.fitting.curve` makes an input with unknown values), and coordinates,
-        speeds or states for their start values
-    end : {name or expression: value, or (low, high)} at the end of the motion
-    cost : an expression at the end that is to be least
-    integral : an expression whose integral over the motion is to be least, added to it
-    panels : into how many parts a motion is cut where short ones are joined; more where inputs bend within one
+        speeds or states, which stand for their initial values
+    end : final conditions {name or expression: value, or (low, high)}
+    cost : an expression to minimize, at the end of the motion
+    integral : an expression whose integral over the motion is to be minimized, added to `cost`
+    panels : number of segments of the motion, if many short motions are joined (see Notes); more if inputs have corners within one
     bounds : {unknown: (low, high)}, None for no bound
     rtol, atol : tolerances of the motions
-    tolerance : how near the conditions are to be met, of sizes of one
-    max_steps : of the optimizer
-    q, u, states, parameters, inputs : where the search begins, as `kn.simulate` takes them
+    tolerance : admissible residual of the conditions, for quantities of order 1
+    max_steps : largest number of steps of the optimizer
+    q, u, states, parameters, inputs : initial guess, as for `kn.simulate`
 
     Returns
     -------
@@ -280,17 +281,18 @@ def shoot(
 
     Notes
     -----
-    Where the conditions and the cost are no more than twice as many numbers as there are unknowns, they are differentiated by one way
-    back along each motion, as `kn.fitting.sensitivities` does by method "adjoint"; else by the variational equations.
+    Where the conditions and the cost are no more than twice as many numbers as there are unknowns, they are differentiated by one
+    way back along each motion, as `kn.fitting.sensitivities` does by method "adjoint"; else by the variational equations.
     `scipy.optimize.minimize`, method "SLSQP"; `least_squares` without a cost. Betts, J. T. (2010), Practical Methods for Optimal
-    Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where equations have no constraints, contacts and events, and the
-    unknowns are those of inputs of time that are linear in them, as curves are, Newton's steps on many short motions that are joined
-    take their place (Albersmeyer, J., Diehl, M. (2010), The lifted Newton method, SIAM J. Optim. 20).
+    Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where equations have no constraints, contacts and events, and
+    the unknowns are those of inputs of time that are linear in them, as curves are, Newton's steps on many short motions that are
+    joined take their place (Albersmeyer, J., Diehl, M. (2010), The lifted Newton method, SIAM J. Optim. 20).
 
     Examples
     --------
     >>> F = kn.fitting.curve("F", np.linspace(0, 2, 21))
-    >>> shot = kn.shoot(eom, (0, 2), F.nodes, q=[0, 0], u=[0, 0], inputs={"F": F.expression}, end={"theta": np.pi, "u1": 0, "u2": 0})
+    >>> shot = kn.shoot(eom, (0, 2), F.nodes, q=[0, 0], u=[0, 0], inputs={"F": F.expression}, end={"theta": np.pi, "u1": 0, "u2":
+    0})
     """
     given = state_of(state, **by_kind)
     course = ParametricMotion.of(eom, span, unknown, given, (rtol, atol), settings)

@@ -45,8 +45,8 @@ CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", 
 class Formula:
     """An expression of time and of parameters, which have `values`: called with a time it gives its value.
 
-    Where it holds symbols of the `state` too, it is called with a time and (q, u). `written` is the same with symbols for parameters
-    that the model does not hold, `gains` are the numbers of these in `expr`.
+    Where it holds symbols of the `state` too, it is called with a time and (q, u). `written` is the same with symbols for
+    parameters that the model does not hold, `gains` are the numbers of these in `expr`.
     """
 
     expr: Expr
@@ -190,8 +190,8 @@ class SharedLaw(NamedTuple):
 def law(values: Sequence[Expr]) -> SharedLaw:
     """Expressions without their numbers: the same ones whatever these are, and their signs; those of the first ones come first.
 
-    Signs go into numbers, and numbers are counted in an order of the terms that does not depend on them, as the order of the arguments
-    of sums and products does.
+    Signs go into numbers, and numbers are counted in an order of the terms that does not depend on them, as the order of the
+    arguments of sums and products does.
     """
     shapes: dict[Expr, tuple[int, bool]] = {}
     made: dict[Signed, Expr] = {}
@@ -299,21 +299,21 @@ class Sampled:
 
 
 def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -> Sampled:
-    """A sampled controller: its values are held for a period, at whose ends steps end.
+    """A sampled (discrete-time) controller, whose output is constant over each sampling period (zero-order hold).
 
-    Give it as the value of an input, `simulate(…, inputs={f: kn.sampled(control, period=0.01)})`, or of several at once,
-    `inputs={(f1, f2): …}`; then it returns as many numbers.
+    It is the value of an input, `simulate(…, inputs={f: kn.sampled(control, period=0.01)})`, or of several inputs,
+    `inputs={(f1, f2): …}`, for which the function returns as many numbers.
 
     Parameters
     ----------
-    function : f(t, x) with x = (q, u, a); with a state f(t, x, z), which returns the value and the next state
-    period : (s)
-    state : the controller's own state at the start of every motion: an integral, a filter, whatever it may be
+    function : f(t, x) with x = (q, u, a); or, with `state`, f(t, x, z), which returns the output and the next state
+    period : sampling period (s); integration steps end at its multiples
+    state : state z of the controller at the start of every motion, any object: an integral, the state of a filter
 
     Raises
     ------
     SimulationError
-        if the period is not above zero, or the function is none
+        if `period` is not positive, or `function` is not callable
     """
     if not callable(function):
         raise SimulationError(f"Expected a function f(t, x) as a sampled controller, got {cut(repr(function))}.")

@@ -46,7 +46,7 @@ _PLACED = (Parameter_.POSITIONAL_ONLY, Parameter_.POSITIONAL_OR_KEYWORD)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal(Attributes):
-    """A C² function of time through points: called with a time it gives its value, `derivative(n)` is its nth derivative."""
+    """A twice continuously differentiable function of time, from `kn.signal`: `s(t)` is its value, `s.derivative(n)` a derivative."""
 
     spline: Any
 
@@ -60,7 +60,7 @@ class Signal(Attributes):
         return function
 
     def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
-        """The points within the span, at which the third derivative jumps; of very many none."""
+        """The times of the points within the span, at which the third derivative jumps; none if there are very many."""
         inside = [float(t) for t in self.spline.x if span[0] < t < span[1]]
         return tuple(inside) if len(inside) <= MANY else ()
 
@@ -70,10 +70,10 @@ class Signal(Attributes):
 
 
 def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot") -> Signal:
-    """A prescribed motion through the points (t, y): the cubic spline, twice continuously differentiable.
+    """A signal for an input: the twice continuously differentiable cubic spline through values `y` at increasing times `t` (s).
 
-    Give it as the value of an input, `simulate(…, inputs={r: kn.signal(t, y)})`. `ends` is SciPy's boundary condition:
-    "not-a-knot", "natural", "clamped" (at rest), "periodic".
+    It may prescribe a motion, `simulate(…, inputs={r: kn.signal(t, y)})`. `ends` is the boundary condition, as in SciPy:
+    "not-a-knot", "natural", "clamped" (zero rate) or "periodic".
     """
     from scipy.interpolate import CubicSpline
 
@@ -110,8 +110,8 @@ def input_functions(
 ) -> dict[Expr, Function]:
     """A function of time for each input and for the derivatives of those that move something, in the order of `eom.inputs`.
 
-    An expression takes `parameters`, or their defaults. An input must have a value, and derivatives of its own if it moves something,
-    which those of expressions are; a prescribed motion must not jump.
+    An expression takes `parameters`, or their defaults. An input must have a value, and derivatives of its own if it moves
+    something, which those of expressions are; a prescribed motion must not jump.
     """
     values = named_values("inputs", eom.inputs, _each(eom, inputs, span[0]))
     own = [s for s in eom.inputs if isinstance(s, Input)]

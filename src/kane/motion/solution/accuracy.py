@@ -32,16 +32,16 @@ _SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Accuracy(Attributes):
-    """The errors of coordinates and speeds along a motion, as far as a second motion or variational equations show them.
+    """Estimated errors of coordinates and speeds along a motion, from `sol.accuracy`.
 
     Attributes
     ----------
-    t : times (n) of samples, of a second motion those that both have
-    errors : absolute errors there (n × (coordinates + speeds)), in their units
-    largest : the largest of each, by name
-    relative : the largest error over the largest size of its own coordinate or speed
+    t : times (n) of samples; if a second motion was used, those in both motions
+    errors : absolute errors (n × (coordinates + speeds)), in the units of coordinates and speeds
+    largest : the largest error of each coordinate and speed, by name
+    relative : the largest ratio of the error of a coordinate or speed to its largest magnitude
     worst : the name of that coordinate or speed
-    at : when (s)
+    at : the time of that error (s)
     """
 
     t: Array

@@ -3,12 +3,12 @@
 
 The drift D(t) = E(t) − E(0) − ∫P dt is measured at every instant by what there is then: a scale over the whole motion would hide
 behind one spike, as where two bodies all but collide, what is left wrong after it. So it is divided by the largest, at t, of K,
-|E − E(0)|, |∫P dt|, δE/rtol and the median of K and of the change of V over a tenth of the motion about t, without which every rest on
-the way would count.
+|E − E(0)|, |∫P dt|, δE/rtol and the median of K and of the change of V over a tenth of the motion about t, without which every
+rest on the way would count.
 
-What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state; and
-it stays where loads have given an energy and taken it again. So D(t) is divided by a hundredth of what dampers have taken, or of the
-range of ∫P dt so far, where that is more; D from sample to sample is not.
+What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state;
+and it stays where loads have given an energy and taken it again. So D(t) is divided by a hundredth of what dampers have taken, or
+of the range of ∫P dt so far, where that is more; D from sample to sample is not.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,12 +46,12 @@ _ROUNDING = 64 * EPS
 
 @dataclass(frozen=True, slots=True)
 class EnergyCheck(Attributes):
-    """How well E − ∫P dt stayed constant.
+    """The energy balance of a motion: how constant E − ∫P dt is.
 
-    `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, or a hundredth
-    of what was taken or exchanged, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is
-    the largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance leaves open: the change of
-    E with coordinates and speeds off by `atol`, one at a time.
+    `drift` (J) is the largest |D|, D = E − E(0) − ∫P dt. `relative` is the largest of |D| over the scale at its instant, or over a
+    hundredth of the energy taken or exchanged, and of the change of D between samples over the scale alone; `at` is its time (s).
+    `scale` (J) is the largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol, where δE is the change of E if coordinates
+    and speeds change by `atol`, one at a time.
     """
 
     drift: float
@@ -60,11 +60,11 @@ class EnergyCheck(Attributes):
     at: float
 
     def exceeds(self, rtol: float) -> bool:
-        """Whether it is more than steps of a tolerance leave, even many of them; the motion is wrong then, or was barely resolved."""
+        """Whether the drift exceeds the accumulated errors of steps at a tolerance: the motion is then wrong or poorly resolved."""
         return self.relative > _limit(rtol)
 
     def surely_within(self, rtol: float, whole: bool = False) -> bool:
-        """Whether it is so far within the limit that no other samples would change that, or within it where there are none."""
+        """Whether the drift is within the limit with a margin for instants between samples; with `whole`, without the margin."""
         return self.relative <= (1.0 if whole else _SHARP) * _limit(rtol)
 
     def __str__(self) -> str:
@@ -155,15 +155,15 @@ LIMIT = 1000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drift(Immutable):
-    """How far a checking function went from its value at the start.
+    """The drift of an integral of the motion, or of another expression that should be constant, from its initial value.
 
     Attributes
     ----------
-    name : that of the integral, or the expression
-    values : along the motion (n)
-    drift : the largest change, in the function's unit
-    relative : it over the largest size of the function's terms along the motion
-    at : when (s)
+    name : name of the integral, or the expression as text
+    values : values along the motion (n)
+    drift : the largest change, in the unit of the expression
+    relative : `drift` over the largest magnitude of the terms of the expression along the motion
+    at : the time of the largest change (s)
     """
 
     name: str

@@ -37,14 +37,14 @@ class Phase:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Jump:
-    """Where a phase of a motion begins with other values than the last one ended with.
+    """A jump of the state, at an event or where motions are joined: a phase starts with other values than the last one ended with.
 
     Attributes
     ----------
-    t : when (s)
-    events : those whose actions it is
-    changes : coordinates, speeds and parameters that changed, with their values before and after
-    energy : what kinetic and potential energy changed by (J)
+    t : time (s)
+    events : the events whose actions caused the jump
+    changes : coordinates, speeds and parameters that changed, each with its values before and after
+    energy : change of the kinetic and potential energy (J)
     """
 
     t: float

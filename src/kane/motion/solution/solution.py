@@ -64,17 +64,17 @@ class SolutionSegment:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution(Attributes):
-    """A motion: `t` (n), `states` (n × (coordinates + speeds + further states)), and `work` (n), the integral of the power.
+    """A motion: times `t` (n), `states` (n × (coordinates + speeds + further states)), and `work` (n), the integral of the power.
 
-    `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
-    name, a list of these. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
-    `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
-    dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
-    have no value (NaN). `method` is the one that ran: where it was "auto", the one that was chosen.
+    `sol[expression]` evaluates an expression (n), a vector (n × 3, along the inertial axes), a reaction, a name, or a list of
+    these along the motion. `status` is "finished", "event" or "stopped"; `message` gives the reason for the end, `event` the event
+    that ended the motion, `events` all events with their times. `method` is the integrator used, also if it was chosen by "auto".
+    `segments` are the equations that were integrated, one after the other, with their choices of dependent speeds, `samples` those
+    used to evaluate accelerations and reactions at each time. Reactions are NaN where the constraints lose rank.
 
-    Where events change the state, or motions were joined, the motion has several `phases`, and `phase` (n) says which one each sample
-    is in: two samples have one time where a phase begins, before and after, and `jumps` tells of it. `parameters` and `inputs` are
-    those at the start.
+    A motion has several `phases` if events change the state, or if motions were joined; `phase` (n) is the number of the phase of
+    each sample. Where a phase begins, two samples have the same time, before and after, and `jumps` describes the change.
+    `parameters` and `inputs` are those at the start.
     """
 
     _other_names = MappingProxyType(
@@ -148,18 +148,18 @@ class Solution(Attributes):
 
     @property
     def q(self) -> Array:
-        """Coordinates, n × nq."""
+        """Coordinates (n × nq), in the order of `sol.equations.coordinates`."""
         return self.states[:, : len(self.equations.coordinates)]
 
     @property
     def u(self) -> Array:
-        """Generalized speeds, n × nu."""
+        """Generalized speeds (n × nu), in the order of `sol.equations.speeds`."""
         nq = len(self.equations.coordinates)
         return self.states[:, nq : nq + len(self.equations.speeds)]
 
     @property
     def a(self) -> Array:
-        """Further states, n × as many as there are."""
+        """Further states (n × na), in the order of `sol.equations.states`."""
         return self.states[:, len(self.equations.state) - len(self.equations.states) :]
 
     def __len__(self) -> int:
@@ -175,9 +175,10 @@ class Solution(Attributes):
         return wanted.filled(self._values(list(wanted.roots)))
 
     def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:
-        """Force and torque (each n × 3, along `frame`, by default the inertial one) at a place, by name or as `eom.reaction` takes it.
+        """Force (N) and torque (N m) along the motion, each (n × 3), at a joint, point, frame or constraint, as for `eom.reaction`.
 
-        They are what the near side exerts on the far side, the torque about the far side's point. Of a frame the force is None.
+        The near side (towards the root of the tree) exerts them on the far side; the torque is about the point of the far side.
+        The vectors are written along `frame`, by default the inertial frame. For a frame as `place` the force is None.
         """
         target = self.equations.system.inertial if frame is None else frame
 
@@ -204,7 +205,7 @@ class Solution(Attributes):
 
     @cached_property
     def lost(self) -> Mask:
-        """Samples at which the constraints determine fewer speeds than elsewhere."""
+        """Which samples (n) are at a loss of rank, where the constraints determine fewer speeds than elsewhere."""
         every = self.samples or (self.equations,) * len(self)
         most: dict[Any, int] = {}
         for eom in (self.equations, *every):
@@ -212,7 +213,7 @@ class Solution(Attributes):
         return np.array([len(eom.dependent_speeds) < most[eom.derived] for eom in every], dtype=bool)
 
     def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
-        """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
+        """Values (n each) of expressions that `exprs(equations)` returns for the equations valid at each sample."""
         found: dict[Equations, int] = {}
         inputs = {key: k for k, key in enumerate(dict.fromkeys(id(phase.inputs) for phase in self.phases))}
         whose = np.array([inputs[id(phase.inputs)] for phase in self.phases])[self.phase]
@@ -239,77 +240,77 @@ class Solution(Attributes):
         return [np.broadcast_to(v, t.shape) for v in values]
 
     def rates(self) -> Array:
-        """(q̇, u̇, ȧ) along the motion, n × (coordinates + speeds + further states)."""
+        """Rates (q̇, u̇, ȧ) along the motion (n × (coordinates + speeds + further states))."""
         return np.stack(self.by_sample(lambda eom: eom.right_hand_side), axis=-1)
 
     def save(self, path: Any) -> None:
-        """Write the motion to a file that `kn.load_solution(path, eom)` reads: .npz, or .zarr where the package zarr is installed.
+        """Write the motion to a file that `kn.load_solution(path, eom)` reads: .npz, or .zarr if the package zarr is installed.
 
-        It holds numbers and names and nothing that is executed; of inputs their values at the samples. It is written beside its
-        place and then renamed: at no time there is a part of a file. A file that holds a solution is replaced, nothing else.
+        The file contains numbers and names, no executable code; inputs are stored by their values at the samples. It is written
+        completely before it replaces an existing file, which must be a solution.
 
         Raises
         ------
         SolutionFileError
-            if the name ends otherwise, there is no such folder, or something else than a solution has that name
+            if the name has a different ending, the folder does not exist, or the path is that of another file than a solution
         ArgumentError
-            if `path` is no path
+            if `path` is not a path
         """
         write(path_of(path, 'sol.save("run.npz")'), contents(self))
 
     def at(self, times: Any) -> "Solution":
-        """The motion at a time, or at increasing times, between its samples, as exact as these are.
+        """The motion at a time (s), or at increasing times, between its samples, with the same accuracy.
 
-        It takes the same steps once more, in about the time that the motion took, and reads the integrator's own polynomials. Where a
-        phase begins the value is the one after.
+        The integration is repeated, in about the original time, and its interpolation polynomials (dense output) are evaluated. At
+        the beginning of a phase the values are those after the jump.
 
         Raises
         ------
         SimulationError
-            if the motion was read from a pickle, or from a file with functions as inputs, or a time lies beyond its ends
+            if the motion was read from a pickle, or from a file with functions as inputs, or a time is outside the motion
         """
         result: Solution = between(self, self._again, times)
         return result
 
     def accuracy(self, *, method: str = REPEATED) -> Accuracy:
-        """The errors of coordinates and speeds, estimated by the same motion at a tenth of the tolerances, or at half the steps.
+        """Estimate the errors of coordinates and speeds by a second motion at a tenth of the tolerances, or half the step size.
 
-        It takes somewhat longer than the motion took. What both motions get wrong alike it does not see, and where errors do not fall
-        with tolerances it may say a tenth of what is, or less.
+        This takes somewhat longer than the motion itself. Errors common to both motions are not seen, and where errors do not
+        decrease with the tolerances, the estimate may be a tenth of the true error or less.
 
-        `method="variational"` steps the equations anew from each sample to the next one, at a thousandth of the tolerances (down to
-        3e-14): what the motion missed there is carried on by the variational equations. It needs no second motion, holds at any
-        tolerances, and tells errors to some percent as long as they are small enough to add up linearly; beyond, as where a chaotic
-        motion has left its way altogether, it gives what they would be if they did, and errors of rounding, 1e-14 a sample, are not
-        resolved. Errors of times at which events are met are not in it. It steps in Python, many times as long as the motion took.
+        `method="variational"` integrates from each sample to the next at a thousandth of the tolerances (down to 3e-14), and
+        propagates the defects of the motion by the variational equations. It needs no second motion, works at any tolerances, and
+        has an accuracy of some percent while errors are small enough to add linearly. Beyond, as in a chaotic motion, it gives the
+        linear estimate. Rounding errors, 1e-14 per sample, are not resolved, and errors of the times of events not included. It
+        runs in Python, many times as long as the motion.
 
         Raises
         ------
         SimulationError
-            if the motion was read from a pickle, or from a file with functions as inputs, or is joined; if a tenth of its tolerances
-            is less than rounding; with variational equations, if states or loads jump on the way, rank is lost, or a sampled
-            controller is asked
+            if the motion was read from a pickle, or from a file with functions as inputs, or was joined; if a tenth of its
+            tolerances is below rounding; with "variational", if states or loads jump during the motion, the constraints lose rank,
+            or an input is a sampled controller
         """
         return accuracy(self, self._again, method)
 
     def to_dataframe(self, outputs: Mapping[str, Any] | None = None) -> Any:
-        """A DataFrame of pandas over t: coordinates, speeds, inputs, and the expressions that `outputs` names.
+        """The motion as a pandas DataFrame over t: coordinates, speeds, inputs, and `outputs`, {name: expression}.
 
-        Vectors have a column for each component along the inertial frame, "v.x", "v.y", "v.z". `attrs["units"]` has the unit
-        of every column, `attrs` the parameters and how the motion ended.
+        A vector v has a column for each component along the inertial axes, "v.x", "v.y", "v.z". `attrs["units"]` holds the unit of
+        each column; `attrs` also holds the parameters and the reason for the end of the motion.
         """
         return dataframe(self, outputs)
 
     def to_xarray(self, outputs: Mapping[str, Any] | None = None) -> Any:
-        """A Dataset of xarray over t: coordinates, speeds, inputs, and the expressions that `outputs` names, with units.
+        """The motion as an xarray Dataset over t: coordinates, speeds, inputs, and `outputs`, {name: expression}, with units.
 
-        Vectors have the dimension "axis" beside "t". `attrs` has the parameters and how the motion ended.
+        Vectors have the dimensions "t" and "axis". `attrs` holds the parameters and the reason for the end of the motion.
         """
         return dataset(self, outputs)
 
     @cached_property
     def constraint_residuals(self) -> Mapping[Constraint, Array]:
-        """What is left of each constraint along the motion: f of a configuration constraint, (A u + b) of a motion constraint."""
+        """Residual (n) of each constraint along the motion: f of a configuration constraint, A u + b of a motion constraint."""
         derived = self.equations.derived
         constraints = derived.constraints.constraints
         pairs = zip(constraints, derived.constraint_rates, strict=True)
@@ -318,15 +319,15 @@ class Solution(Attributes):
 
     @cached_property
     def regimes(self) -> Mapping[str, Any]:
-        """The regime at each sample (n): of each switch of a load that jumps, as "sign(v)", the sign of what it turns on; 0 at zero.
+        """The side of each discontinuity at each sample (n): for a switch in a load, such as "sign(v)", the sign of its argument.
 
-        Of declared friction, by its load's name, 1 where it slides and 0 at and below the threshold of its slip.
+        For the loads of `kn.friction` and `kn.loads.dry_friction`, by name, 1 while sliding, 0 at and below the threshold of slip.
         """
         return sides(self)
 
     @cached_property
     def modes(self) -> Mapping[str, npt.NDArray[np.str_]]:
-        """What each contact does at each sample (n), by its name: "separated", "stick" or "slip"; "closed" without friction."""
+        """The mode of each contact at each sample (n), by its name: "separated", "stick" or "slip"; "closed" without friction."""
         every = self.samples or (self.equations,) * len(self)
         contacts = self.equations.system.contacts
         rows = {
@@ -337,7 +338,7 @@ class Solution(Attributes):
 
     @cached_property
     def mode_history(self) -> tuple[tuple[float, Mapping[str, str]], ...]:
-        """When the contacts changed their modes, and what each does from then on."""
+        """Pairs of a time (s) and the modes of all contacts from then on, by name: at the start, and at each change of a mode."""
         found: list[tuple[float, Mapping[str, str]]] = []
         for k, t in enumerate(self.t.tolist()):
             now = {name: str(words[k]) for name, words in self.modes.items()}
@@ -347,18 +348,18 @@ class Solution(Attributes):
 
     @cached_property
     def energy(self) -> Array:
-        """E = K + V along the motion."""
+        """Total energy E = K + V (n) along the motion."""
         return self._energies(lambda eom: [eom.energy])[0]
 
     @cached_property
     def power(self) -> Array:
-        """P of what has no potential along the motion, friction of contacts in its mode at each sample included."""
+        """Power P (n) of the loads without potential along the motion, friction of contacts included."""
         own = bool(self.equations.system.contacts)
         return self.by_sample(lambda eom: [eom.power])[0] if own else self._values([self.equations.power])[0]
 
     @cached_property
     def energy_check(self) -> EnergyCheck:
-        """E − ∫P dt must stay constant; see EnergyCheck."""
+        """The energy balance: how constant E − ∫P dt is along the motion; see EnergyCheck."""
 
         def terms(eom: Equations) -> list[Expr]:
             powers = [eom.load_powers[load] for load in eom.loads if load.potential is None]
@@ -370,13 +371,13 @@ class Solution(Attributes):
 
     @cached_property
     def energy_drift(self) -> Array:
-        """E − ∫P dt less what it is at the start (n), without what the energy jumps by where phases begin."""
+        """E − ∫P dt (n) less its initial value and less the jumps of energy between phases: zero for an exact motion."""
         done = self.work + leaps(self.energy, self.begins)
         return np.asarray((self.energy - self.energy[0]) - (done - done[0]))
 
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
-        """What changes at once where phases begin, and the energy that it takes or gives."""
+        """The jumps of the state where phases begin, with the change of energy of each."""
         symbols = self.equations.state
         found = []
         for k in self.begins.tolist():
@@ -401,7 +402,7 @@ class Solution(Attributes):
 
     @property
     def begins(self) -> Indices:
-        """The samples with which phases begin, but for the first one."""
+        """Indices of the first samples of all phases but the first."""
         return breaks(self.phase)
 
     def _recorded(self, number: int) -> dict[Expr, Callable[[Any], Any]]:
@@ -410,18 +411,18 @@ class Solution(Attributes):
         return {s: recorded(str(s), f, self.t[at], self.states[at]) for s, f in self.phases[number].inputs.items()}
 
     def checking_functions(self, functions: Sequence[Any] | None = None) -> tuple[Drift, ...]:
-        """How far integrals of the equations went from their values at the start; those of `eom.integrals` if left out.
+        """The drift of integrals of the equations from their initial values, by default of `eom.integrals`.
 
-        An integral, or any expression that should be constant, may be in the list (Kane & Levinson 1985, sec. 7.3).
+        `functions` may contain integrals and any expressions that should be constant (Kane & Levinson 1985, sec. 7.3).
         """
         wanted = self.equations.integrals if functions is None else functions
         return drifts(self.t, checking_functions(self.equations.derived, wanted), self._values, self.begins)
 
     @cached_property
     def load_works(self) -> Mapping[Load, Array]:
-        """The work of each load since the start (n), by the load or its name: −ΔV where it has a potential, else ∫ (Σ F·v + Σ T·ω) dt.
+        """Work of each load since the start (n), by the load or its name: −ΔV if it has a potential, else ∫ (Σ F·v + Σ T·ω) dt.
 
-        The power is a cubic spline between samples: where loads jump, take samples close to each other.
+        The power is interpolated between samples by a cubic spline; for loads that jump, use closely spaced samples.
         """
         eom = self.equations
         meant = dict(zip((*eom.system.gravities, *eom.system.loads), eom.loads, strict=True))
@@ -434,7 +435,7 @@ class Solution(Attributes):
 
     @property
     def keeps_energy(self) -> bool:
-        """Whether the energy check passes by its own limit; where a few samples show it, the others are not asked."""
+        """Whether the energy balance is within its limit."""
         at = distinct(np.concatenate([some_of(len(self)), self.begins, self.begins - 1]))
         few = self._only(at)
         kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])

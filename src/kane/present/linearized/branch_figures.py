@@ -45,14 +45,14 @@ _INKS = Inks(COLOURS[0], "0.6", "#555555", "#b3261e", "0.8", "black", "viridis_r
 
 
 def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> Figure:
-    """The eigenvalues of a branch: their real and imaginary parts against the value that changes, and in the complex plane.
+    """Plot the eigenvalues along a branch: real and imaginary parts against the varied value, and in the complex plane.
 
-    Where a real part is above zero, drawn in red, the motion is unstable. Turning points are marked; in the complex plane the start
-    is ○ and the end ●, the colour tells the value.
+    Positive real parts, which make a motion unstable, are red. Turning points are marked; in the complex plane the branch starts
+    at ○ and ends at ●, and the colour gives the value.
 
     Parameters
     ----------
-    branch : from `kn.continuation`; or of `cycle.follow`, whose Floquet exponents ln μ/T are drawn
+    branch : from `kn.analysis.continuation`; or from `cycle.follow`, for the Floquet exponents ln μ/T
     path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     """
     label, place = label_along(branch), file_path(path, 'kn.figures.root_locus(branch, "locus.svg")')
@@ -195,21 +195,21 @@ def plane(a: Axes, branch: Branch | CycleBranch, lines: Complex, inks: Inks = _I
 def campbell_diagram(
     branch: Branch, path: str | Path | None = None, *, orders: Sequence[float] = (1, 2, 3), count: int = 6
 ) -> Figure:
-    """The lowest frequencies of a branch of steady rotations against the value that changes, the spin in rad/s.
+    """Campbell diagram: the lowest frequencies of a branch of steady rotations against the spin Ω (rad/s).
 
-    Where one meets a line k |Ω| an excitation k times a turn finds its resonance.
+    Where a frequency meets a line k |Ω|, an excitation at k times the spin is in resonance.
 
     Parameters
     ----------
-    branch : from `kn.continuation`, with a spin as the symbol
-    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
-    orders : the k of the lines k |Ω|
-    count : how many frequencies
+    branch : from `kn.analysis.continuation`, with a spin as the varied symbol
+    path : file to write, `.png`, `.svg` or `.pdf`; an existing file is replaced if it is such a figure
+    orders : the factors k of the lines k |Ω|
+    count : number of frequencies
 
     Raises
     ------
     SimulationError
-        if `branch` is no branch
+        if `branch` is not a Branch
     """
     label, place = label_along(branch), file_path(path, 'kn.figures.campbell_diagram(branch, "campbell.svg")')
     figure = Picture(figsize=(6.4, 4.6), layout="constrained")

@@ -26,20 +26,20 @@ _MANY = 3
 
 
 def scene(system: System | Equations, shapes: Iterable[BodyShape] = ()) -> Scene:
-    """What a system looks like: bodies with their shapes, coordinates, frames, points and loads, and one routine for all poses.
+    """The geometry of a system as data: bodies with their shapes, coordinates, frames, points and loads, and their poses.
 
     Parameters
     ----------
     system : a System, or its Equations
-    shapes : of bodies and of what is beside them, from `kn.figures.shape`; other bodies look as their inertias, points, joints and
-        contacts tell
+    shapes : shapes of bodies and surroundings, from `kn.figures.shape`; shapes of other bodies are derived from inertias, points,
+        joints and contacts
 
     Raises
     ------
     ArgumentError
-        if there is no system
+        if `system` is neither a System nor Equations
     ModelError
-        if a shape is that of a body of another system
+        if a shape belongs to a body of another system
     """
     model = system_of(system)
     told = shapes_of(shapes)

@@ -44,9 +44,9 @@ class Item(Immutable):
 class Movement(Immutable):
     """What coordinates move, and how.
 
-    A "turn" is about the direction `axis` through the first of `points`, by the scalar `sweep`, and ends along `direction`; a "shift"
-    leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points, from
-    where it would be. "none" moves nothing that has a place.
+    A "turn" is about the direction `axis` through the first of `points`, by the scalar `sweep`, and ends along `direction`; a
+    "shift" leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points, from where
+    it would be. "none" moves nothing that has a place.
     """
 
     kind: str
@@ -106,7 +106,7 @@ class Posed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene(Immutable):
-    """What a system looks like; see `kn.figures.scene`."""
+    """The geometry of a system as data for drawings, from `kn.figures.scene`."""
 
     system: System
     items: tuple[Item, ...]
@@ -126,17 +126,17 @@ class Scene(Immutable):
 
     @property
     def symbols(self) -> tuple[Symbol, ...]:
-        """What the poses depend on: coordinates, parameters, inputs, time; rates and reactions where forces do."""
+        """The symbols on which poses depend: coordinates, parameters, inputs, time; rates and reactions if forces contain them."""
         return self._walk.symbols
 
     @property
     def drawable(self) -> bool:
-        """Whether there is a point to draw anything at."""
+        """Whether the system has points to draw."""
         return bool(self.positions)
 
     @property
     def row(self) -> list[Expr]:
-        """The numbers of a pose in one row: positions, the axes of frames, directions, scalars."""
+        """The expressions of a pose in one list: positions, axes of frames, directions, scalars."""
         return row_of(self.positions, self.rotations, self.directions, self.scalars)
 
     @property
@@ -146,7 +146,7 @@ class Scene(Immutable):
         return sorted({k for item in items for k in (item.at, *item.points) if k is not None})
 
     def poses(self, values: Mapping[Any, Any]) -> Posed:
-        """All poses at values for `symbols`, by symbol: numbers, or arrays of one length for as many states.
+        """Poses for given values of `symbols`, by symbol: numbers, or arrays of the same length for several states.
 
         Raises
         ------
@@ -162,7 +162,7 @@ class Scene(Immutable):
         return Posed(p.reshape(*shape, n, 3), turned, d.reshape(*shape, k, 3), s)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, as JSON takes it: the records, and as text the expressions that their numbers mean."""
+        """The scene as plain data for JSON: its records, with expressions as text."""
         return {
             **{name: [asdict(x) for x in getattr(self, name)] for name in _RECORDS},
             "lengths": [list(x) for x in self.lengths],

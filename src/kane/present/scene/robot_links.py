@@ -20,14 +20,14 @@ _PLAIN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def link_shapes(model: Imported) -> list[BodyShape]:
-    """What the file of a robot says that its links look like, for `shapes=` of `sketch`, `animate` and `report`.
+    """The shapes of the links in the file of a robot, for `shapes=` of `kn.figures.sketch`, `animate` and `kn.report`.
 
-    Of each link those that are to be seen, where it has none those that collide. Meshes are drawn where their files are there, as STL
-    or OBJ, in metres; a link with nothing else looks as its inertia, points and joints tell.
+    Visual shapes are used, or collision shapes for links without them. Meshes are drawn if their files, STL or OBJ in metres,
+    exist; shapes of other links are derived from inertias, points and joints.
 
     Parameters
     ----------
-    model : from `kn.exchange.from_urdf` or `from_mjcf`; of other models there are none
+    model : from `kn.exchange.from_urdf` or `from_mjcf`; the list is empty for other models
 
     Raises
     ------

@@ -93,23 +93,23 @@ def shape(
     name: str = "",
     **sizes: Any,
 ) -> BodyShape:
-    """The shape of a body, or of something else in a drawing. It changes no equation.
+    """The shape of a body, or of another object, for drawings alone; equations do not depend on it.
 
     Parameters
     ----------
-    kind : "box", "cylinder", "sphere", "link", …; each has its own sizes
-    of : the body, whose frame and mass centre count where none are given. Its own shapes take the place of those inferred
-    frame, at : axes and middle of the shape
-    axis : of a body of revolution, and the normal of a plane: a unit vector; by default z of the frame
-    points : those that a link, spring, damper or rope leads along
-    file : of a mesh, as STL or OBJ, in metres along the frame's axes from `at`
-    name : by default the body's
-    sizes : lengths by name: a, b, c along x, y, z, radius, height, … as in `kn.solids`
+    kind : "box", "cylinder", "sphere", "link", …
+    of : the body; declared shapes replace those derived from its inertia
+    frame, at : frame and centre of the shape; by default the frame and mass centre of the body
+    axis : unit vector along the axis of a body of revolution, or normal to a plane; by default z of the frame
+    points : the points that a link, spring, damper or rope connects
+    file : STL or OBJ file of a mesh, in metres along the axes of the frame from `at`
+    name : by default that of the body
+    sizes : dimensions of this kind, by name (m): a, b, c along x, y, z, radius, height, … as in `kn.solids`
 
     Raises
     ------
     ModelError
-        if there is no such kind, it has no place, or its sizes are not those of its kind
+        if the kind is unknown, neither body nor place is given, or `sizes` are not those of the kind
     """
     wanted = KINDS[expect.one_of(kind, KINDS, "the kind of a shape,")]
     if set(sizes) != set(wanted):

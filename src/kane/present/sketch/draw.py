@@ -102,24 +102,24 @@ def sketch(
 ) -> Sketch:
     """A labelled drawing of a system: bodies, frames, loads at their points, coordinates as arcs and arrows.
 
-    Pose and camera are searched; a system that moves in a plane is drawn in it. Labels are placed for `width`: draw another one for
-    a phone.
+    Pose and camera are chosen automatically; a planar system is drawn in its plane. The placement of labels depends on `width`.
 
     Parameters
     ----------
     system : a System, or its Equations
-    path : where to write it as well, as SVG, or PDF or PNG where the path ends so
-    width : in pixels, from 240 to 2000
-    q : coordinates of the pose, by symbol or name; those left out are searched
-    shapes : of bodies, from `kn.figures.shape`
-    title : by default the bodies' names
+    path : file to write, `.svg`, `.pdf` or `.png`
+    width : width of the drawing, 240 to 2000 pixels
+    q : coordinates of the pose, by symbol or name; those left out are chosen automatically
+    shapes : shapes of bodies, from `kn.figures.shape`
+    title : by default the names of the bodies
 
     Raises
     ------
     ArgumentError
-        if there is no system, or the path ends in something else
+        if `system` is neither a System nor Equations, or the path has a different ending
     ModelError
-        if the shapes are of other bodies, the width is none, or `q` names what is no coordinate or gives it no finite value
+        if shapes belong to bodies of another system, `width` is out of range, or `q` contains a name that is not a coordinate, or
+        a value that is not finite
     """
     right = expect.is_number(width) and _LEAST <= width <= _MOST
     expect.that(right, f"width= of a sketch as pixels from {_LEAST} to {_MOST}", width)
