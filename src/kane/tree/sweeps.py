@@ -47,7 +47,7 @@ class Segment:
     The constant rotations `lead` take the working basis of the parent to a basis A, along which are the position `arm` of the origin
     and the `outer` joint motion. The rotation `turn` takes A to B, the working basis, along which are the `inner` joint motion, `body`
     and `load`; without a turn the working basis is A. `shared` are the motion subspaces, along A, of elastic coordinates, which move
-    other segments too; `modes` are the rates of those coordinates all of whose segments are this one or its descendants.
+    other segments too; `modes` are the rates of those for which this is the nearest segment that carries everything they move.
     `elastic` maps ω and ω·ω to the spatial inertia of flexible parts. `absolute`, if not None, is one speed that equals the rate of
     rotation relative to the segment at which a chain of rotations about parallel axes begins.
     """
