@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 0: the scalar expression graph."""
+"""Layer 0: the graph of scalar expressions, interned (hash-consed): nodes, derivatives, evaluation, matrices, linear systems."""
 
 from typing import TYPE_CHECKING
 

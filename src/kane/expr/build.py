@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Builders: every node is made here, after local rewriting that costs O(1).
+"""Constructors of nodes, which apply local rewriting rules in O(1) time.
 
-What is rewritten: constants, 0 and 1, signs (outwards), x − x, like terms, x·y/y, sin² + cos², multiples of π/2 and the parity of
-functions. Nothing is ever expanded, and nothing global is done. Patterns look at a fixed number of nodes each, and build none.
+Rules fold constants, 0 and 1, move signs outwards, and simplify x − x, like terms, x·y/y, sin² + cos², multiples of π/2 and the parity
+of functions. Nothing is expanded, and no rule is global. Each pattern reads a fixed number of nodes and creates none.
 """
 
 import math

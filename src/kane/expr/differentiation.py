@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Exact differentiation on the graph: forward, reverse, Jacobian, time derivative.
+"""Forward and reverse differentiation on the graph (Griewank & Walther 2008), Jacobians, time derivatives, and affine forms.
 
-Affine forms: e = Σ c_s s + r with c_s and r free of the symbols s.
+The affine form of e in symbols s is e = Σ c_s s + r with c_s and r free of the symbols.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

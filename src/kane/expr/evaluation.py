@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reference evaluator: the graph walked with NumPy, the meaning that every emitter must reproduce; its symbols.
+"""Evaluation of expressions: the reference evaluator with NumPy, whose results every emitter must reproduce; operation counts.
 
-A graph as a list of instructions in Python's floats: for one state, many times as quick as NumPy's scalars.
+From the second state of plain numbers on, `Walk` uses Python floats, many times as fast as NumPy scalars. Independent nodes of one
+operation form a batch, and a product read by one sum or difference alone is computed within it; each operation still rounds
+separately, so that the numbers are those of NumPy bit by bit, infinity and NaN included.
 
-Nodes of one kind that do not wait for each other stand in one batch, and a product that only one sum or difference holds is computed
-within it; each operation still rounds by itself, so that the numbers are NumPy's bit by bit, infinity and NaN included.
-
-What an evaluation costs is counted in operations, by tier and by operation.
+Operations of an evaluation are counted by tier and by operation.
 """
 
 import math
