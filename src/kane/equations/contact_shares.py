@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a body that stands on a plane shares its forces among its contacts, where rigid bodies do not tell it.
+"""The distribution of contact forces among several contacts of a body on a plane, which rigid bodies leave undetermined.
 
-The rows of all of its contacts follow from few that hold it, J = G B; then forces λ with Gᵀ λ = R do what the multipliers R of
-these rows do. Normal forces are the least ones with that sum and these moments (of bodies on like springs), and friction is in
-proportion to μ_s N, F_i = μ_i N_i (V + Ω × r_i), as of a body that slides on like bristles:
+The rows of all contacts are combinations of a few rows B that constrain the body, J = G B; forces λ with Gᵀ λ = R are equivalent to
+the multipliers R of those rows. Normal forces are the minimum-norm ones with that sum and those moments (as on equal springs), and
+friction is proportional to μ_s N, F_i = μ_i N_i (V + Ω × r_i), as of a body on equal bristles:
 
     N = G_n (G_nᵀ G_n)⁻¹ R_n          F = D G_t (G_tᵀ D G_t)⁻¹ R_t,    D = diag(μ_i N_i)
 
-Where these leave a cone and others do not, those are taken that are furthest within all cones, shares of one instant of (R_n, R_t)
-alone: forces grow in proportion to these. So a body slips, or tips, when no forces hold it, not when these do not. Where some contacts
-slip their friction goes with N: R follows from the shares, and others keep all accelerations.
+If these forces leave a friction cone and others do not, the forces furthest within all cones are taken, as shares of (R_n, R_t) at one
+instant, with which forces grow in proportion. A body thus slips or tips only if no admissible forces hold it. If some contacts slip,
+their friction is proportional to N: R follows from the shares, and any shares give the same accelerations.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Variables of xarray with names, units and dimensions; packages that are no requirement."""
+"""xarray variables with names, units and dimensions, and imports of optional packages."""
 
 from collections.abc import Sequence
 from typing import Any

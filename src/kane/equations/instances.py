@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instances: what each of many motions or states starts from and is given, one number for each or one for all.
+"""Instances: the initial values, parameters and inputs of many motions or states, each one number for all or one per instance.
 
-Columns come from dicts, arrays whose leading axis counts instances, pandas' DataFrames, xarray's Datasets and designs. A number, or an
-array of one, is that of all instances; other arrays have one length, the number of instances.
+Columns are given by dicts, arrays whose first axis counts instances, pandas DataFrames, xarray Datasets, or designs of experiments.
+Numbers and arrays of length one apply to all instances; other arrays have the same length, the number of instances.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers.
+"""`eom.jacobian(…)`: the derivatives of the right-hand side, as expressions and as numbers at a state.
 
-Where a switch stands at zero they are those of both sides, or there are none.
+On a switching surface the derivatives are those of both sides if they agree; otherwise there are none.
 """
 
 from __future__ import annotations

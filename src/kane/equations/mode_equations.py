@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The modes of a system's contacts: their equations, made when first needed, and the numbers by which modes are chosen.
+"""The equations of the modes of a system's contacts, derived when first needed, and the matrices by which modes are chosen.
 
-With all rows of the contacts, J w + …, of speeds w = (u, u_a) that the auxiliary speeds of normal reactions complete,
+With the rows J w + … of all contacts, in the speeds w = (u, u_a), which include the auxiliary speeds of normal reactions,
 
     M ẇ = f + Jᵀ λ + Pᵀ μ,    P ẇ + ṗ = 0            P the constraints that always hold
     a = W λ + b               W = J H Jᵀ,  H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁺ P M⁻¹
 
-which `kane.contacts` solves for the modes. Contacts that do not press by a row of J have a normal of their own: N = size, μ = 1.
-Where the N of another contact presses, the size follows from it: problems are solved until they agree.
+which `kane.contacts` solves for the modes. A contact whose normal force is not the multiplier of a row of J has N = size, μ = 1. If
+the size depends on the N of another contact, the problems are solved repeatedly until they agree.
 """
 
 from __future__ import annotations
