@@ -53,8 +53,8 @@ def moving_pivots(derived: Derived) -> list[Expr]:
 def without_poles(derived: Derived, partition: Partition | None, fixed: bool = False) -> Partition | None:
     """A partition with which the motion is regular at false poles; None if none is found.
 
-    It is `partition`, or one that is determined no worse at other configurations, unless the dependent speeds are `fixed`, named by
-    the user, or determined equally well everywhere.
+    It is `partition` or, unless its dependent speeds are `fixed`, named by the user, or determined equally well everywhere, another
+    one that is determined no worse at other configurations.
     """
     pivots = moving_pivots(derived)
     if partition is None or not partition.dependent or not pivots:

@@ -64,7 +64,7 @@ def close(
         slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
         before = length
         change = least_squares(slopes, -f / rows, FIXED_SHARE)
-        # weak rows may follow from the others on the solution: include them in a step only if the others alone do not reduce f
+        # weak rows may follow from the others on the solution: include them only if the others alone do not reduce f enough
         firm = least_squares(slopes, -f / rows, NEAR_SINGULAR)
         if np.any(firm != change):
             x = best.x.copy()
