@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 4: generalized forces, equations of motion, energies."""
+"""Layer 4: Kane's dynamical equations: generalized forces, M u̇ = f + G R, constraints, and formulations that solve them."""
 
 from kane.lazy_imports import offered
 

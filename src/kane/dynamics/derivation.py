@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is derived of a system before anything is solved, and checked: speeds that move no mass, reactions along free directions."""
+"""`Derived`: motions, generalized forces, M, f, G and constraint rows of a system, before u̇ is solved for, with model checks."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -42,7 +42,7 @@ from kane.space.vector import Vector
 
 
 def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
-    """Every speed must move some mass."""
+    """Raises a ModelError if a speed, or a combination of speeds, moves no mass, so that M is singular."""
     massless = [u for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
     if massless:
         raise ModelError(
@@ -60,12 +60,12 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
 
 
 def _defined(system: System, speeds: Iterable[Expr]) -> str:
-    """Speeds with their definitions, in which the coordinates can be read."""
+    """Speeds with their definitions, as text for messages."""
     return ", ".join(f"{u} = {cut(system.speeds[u], 80)}" for u in speeds if isinstance(u, Speed))
 
 
 def check_reactions_independent(system: System, reactions: Sequence[Expr], matrix: Matrix) -> None:
-    """The matrix that the reactions are solved from must have an inverse at some configuration."""
+    """Raises a ReactionError if the matrix that the reactions are solved from is singular at all sampled configurations."""
     free = _null_vector(matrix, system)
     if free is not None:
         culprits = ", ".join(str(r) for r, c in zip(reactions, free, strict=True) if abs(c) > TAKES_PART)
@@ -80,10 +80,10 @@ _SPREADS = (0.0, *(10.0**k for k in (-3, -6, -9, -12, 3, 6, 9, 12)))
 
 
 def _null_vector(matrix: Matrix, system: System) -> Array | None:
-    """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several.
+    """A scaled x with A x = 0 at a random point; None if A is regular at one of several points.
 
-    Lengths that are drawn are about 1 m, which may be far from the sizes of the model: deflections would coil a beam of 1e-4 m,
-    and a mass at its tip then outweighs all else. So where A is singular, they are drawn anew, smaller and larger, and zero.
+    Random lengths are about 1 m, which may be far from the sizes in the model: such deflections would coil a beam of 1e-4 m, and the
+    mass at its tip would dominate M. So if A is singular, smaller, larger and zero lengths are tried.
     """
     sets = [s.coordinates for s in system.euler_parameters]
 
@@ -101,14 +101,14 @@ def _null_vector(matrix: Matrix, system: System) -> Array | None:
 
 
 def check_released(system: System, rows: ConstraintRows) -> None:
-    """Reactions at cuts need to know what the constraints exert on the far side."""
+    """Raises a ReactionError if there are reactions at cuts and a constraint whose points of application are unknown."""
     cuts = [r for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
     if cuts:
         check_placed(lambda: f"reactions {', '.join(map(str, cuts))} feel", rows.constraints, "kn.rolling.")
 
 
 def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> None:
-    """Constraints whose forces `who` ("reactions … feel") needs must say where they act; `last` ends the list of what does."""
+    """Raises a ReactionError, worded by `who` and `last`, if the points of application of a constraint's forces are unknown."""
     bare = [c.name for c in constraints if not c.placed]
     if bare:
         raise ReactionError(
@@ -119,7 +119,7 @@ def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> No
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:
-    """Loads are linear in reactions, and none of these is along a direction in which the far side moves freely already."""
+    """Raises a ReactionError if loads are not linear in reactions, or if the far side moves freely along a reaction."""
     _check_loads_linear(system)
     defaults = {p: float(p.default) for p in system.parameters if p.default is not None}
     for symbol in (*system.reactions, *system.auxiliary_speeds):
@@ -135,7 +135,7 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
 
 
 def _check_loads_linear(system: System) -> None:
-    """A load may be proportional to reactions, as friction is, since they are solved for together with u̇."""
+    """Raises a ReactionError unless loads are linear in reactions, as friction is; R is then solved for together with u̇."""
     for load in system.loads if system.reactions else ():
         numbers = [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
         if not any(isinstance(s, Reaction) for s in free_symbols(numbers)):
@@ -151,7 +151,7 @@ def _check_loads_linear(system: System) -> None:
 
 
 def _free_rate(cut: Cut, kinematics: Kinematics) -> Expr:
-    """Rate of the far side relative to the near side along the reaction, prescribed motion left out."""
+    """The velocity of the far side relative to the near side along the reaction, without prescribed motion."""
     if isinstance(cut.at, Frame):
         relative = cut.at.angular_velocity(cut.at.parent) if cut.at.parent is not None else Vector()
     else:
@@ -169,10 +169,10 @@ OfPoints = Mapping[Point, Vector]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Derived(Immutable):
-    """What no route to u̇, and no choice of dependent speeds, changes: motions, terms of the generalized forces, constraint rows.
+    """The equations of a system before u̇ is solved for: motions, terms of the generalized forces, constraint rows, M, f and G.
 
-    `pairs` holds n_a·n_b for the auxiliary speed a and the reaction b of one cut; `near` says where the motion
-    is. M, f and G are assembled when they are first read.
+    They do not depend on the formulation or on the choice of dependent speeds. `pairs` holds n_a·n_b for the auxiliary speed a and
+    the reaction b of one cut; `near` gives values near which constraints are to be closed. M, f and G are assembled when first read.
     """
 
     system: System
@@ -193,7 +193,7 @@ class Derived(Immutable):
 
     @read
     def as_declared(self) -> "Derived":
-        """The same along the declared frames, to be read; what is solved is written along bases aligned with the axes of rotation."""
+        """The same system written along the declared frames, for reading; solutions are written along aligned bases."""
         if not self.kinematics.aligned.places:
             return self
         kinematics, inertias = _motions(self.system, self.kinematical, self.auxiliary_speeds, AS_DECLARED)
@@ -318,7 +318,7 @@ class Derived(Immutable):
     def left_by(
         self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
     ) -> tuple[forcing.LoadTerm, ...]:
-        """`left` by other motions, or at other accelerations."""
+        """The terms of `left` with other motions, or at other accelerations."""
         return tuple(forcing.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
 
     def _active(self, kinematics: Kinematics) -> list[forcing.LoadTerm]:
@@ -336,7 +336,7 @@ class Derived(Immutable):
         return blocks(mass, right, self.auxiliary_speeds, self.reactions, self.pairs)
 
     def _with_weights_apart(self) -> list[Expr] | None:
-        """f where a speed moves nothing up or down, with weights along their own direction: along others they would have to cancel."""
+        """f with weights along their own direction if a speed moves nothing up or down, as they would have to cancel; else None."""
         fall = free_fall(self.system)
         if fall.is_zero:
             return None
@@ -380,7 +380,7 @@ def free_fall(system: System) -> Vector:
 
 
 def derived(system: System, near: Mapping[Any, Any] | Sequence[float] | None = None) -> Derived:
-    """Speeds, motions of bodies and rows of constraints of a system; what it must satisfy is said by `kane.derive`."""
+    """The speeds, motions of bodies and constraint rows of a system; `kane.derive` lists the errors."""
     place = None if near is None else numbers_near(system, near)
     speeds = generalized_speeds(system)
     auxiliary, pairs = _auxiliary_speeds(system)
@@ -392,10 +392,11 @@ def derived(system: System, near: Mapping[Any, Any] | Sequence[float] | None = N
 
 
 def first_partition(parts: Derived) -> Partition | None:
-    """The partition at configurations that satisfy the constraints, parameters at their defaults; None without constraints.
+    """The dependent speeds chosen at configurations on the constraints, parameters at their defaults; None without constraints.
 
-    What the user made dependent is taken first, then what follows everywhere, of that what the shortest equations have. There the
-    constraints must give `dependent_speeds` and not contradict each other, and every reaction must be determined.
+    `dependent_speeds` of the user are preferred, then speeds that are determined at all configurations, of several such sets the one
+    with the shortest equations. ModelError if constraints do not determine `dependent_speeds` or contradict each other, ReactionError
+    if a reaction is not determined.
     """
     system, rows = parts.system, parts.constraints
     if not rows.constraints:
@@ -428,9 +429,9 @@ def by_other_speeds(
     *,
     matched: bool = True,
 ) -> Derived:
-    """The same motions by other speeds, with the `rows` of the constraints in them, and of particles of `contacts` taken as known.
+    """The same system in other speeds: `rows` are its constraints in them, `contacts` points with velocities from contact points.
 
-    Of speeds that are sums of rates velocities need not be `matched`: they come out along the tree.
+    If the speeds are sums of rates, velocities need not be `matched` to their definitions.
     """
     system = d.system.redefined(definitions)
     speeds, usual = generalized_speeds(system), d.kinematics
@@ -441,7 +442,7 @@ def by_other_speeds(
 
 
 def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs]:
-    """Auxiliary speeds, one a reaction, and what the action–reaction pairs put into their equations: n_a·n_b at one cut."""
+    """One auxiliary speed per reaction, and the coefficients n_a·n_b of reactions b in their equations a, at one cut."""
     explicit = iter(system.auxiliary_speeds)
     speeds: list[AuxiliarySpeed] = []
     for r in system.reactions:

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the dynamical equations are assembled from: forces at points and torques on frames, M, f and G.
+"""Generalized forces and the mass matrix: F_r, F*_r, M, f and G from forces at points, torques on frames and partial velocities.
 
     F_r = Σ v_r·F + Σ ω_r·T,   F*_r = Σ v_r·(−m a) + Σ ω_r·(−I·α − ω × I·ω)
 
-(Kane & Levinson 1985, sec. 4.4 and 4.11). The equations that are solved, M u̇ = f + G R, take the same terms with u̇ left out, those of
-one place summed before the product with its partial velocity:
+(Kane & Levinson 1985, sec. 4.4 and 4.11). The equations M u̇ = f + G R, with reactions R, have the same terms at u̇ = 0; terms of one
+point or frame are summed before the product with its partial velocity:
 
     f_r = Σ v_r·(F − m a_b) + Σ ω_r·(T − I·α_b − ω × I·ω),   M_rs = Σ m v_r·v_s + ω_r·I·ω_s
 
-Bodies that share a partial velocity share its scalar product: Σ_k V·X_k = V·Σ_k X_k. Sums run from the last body to the
-first, so that along a chain every partial sum is one node used many times.
+Bodies with a common partial velocity V share one scalar product, Σ_k V·X_k = V·Σ_k X_k. Sums run from the last body to the first, so
+that along a chain each partial sum is one shared node.
 
-They are written of the parts of bodies with their motions, each inertia along the frame in which it is constant and short: a body
-of revolution may be written in the frame that does not spin with it.
+The inertia of each part of a body is written along a frame in which its measure numbers are constant; for a body of revolution this
+may be a frame that does not spin with it.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -50,7 +50,7 @@ from kane.tree.triples import as_rows
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstantInertia:
-    """The measure numbers of a central inertia dyadic along a frame in which they are constant, and whether the body spins in it."""
+    """A central inertia dyadic by constant measure numbers along a frame; `spun` if the body rotates relative to that frame."""
 
     frame: Basis
     rows: Cosines
@@ -58,7 +58,7 @@ class ConstantInertia:
 
     @property
     def uniform(self) -> bool:
-        """Whether I is a multiple of the unit dyadic, as that of a sphere: then no frame matters."""
+        """Whether I is a multiple of the unit dyadic, as that of a sphere."""
         return all(
             x is (self.rows[0][0] if i == j else ZERO) for i, row in enumerate(self.rows) for j, x in enumerate(row)
         )
@@ -81,7 +81,7 @@ class ConstantInertia:
 
 @dataclass(frozen=True, eq=False)
 class PartRotation:
-    """The rotation of a part's frame, and its central inertia; `made` gives the bias."""
+    """The rotation of a part's frame, and its central inertia; `made` computes the bias of dH/dt."""
 
     frame: Frame
     motion: Motion
@@ -90,7 +90,7 @@ class PartRotation:
 
     @cached_property
     def bias(self) -> Vector:
-        """What is left of dH/dt at u̇ = 0."""
+        """dH/dt at u̇ = 0, with H the central angular momentum."""
         return self.made()
 
     def torque(self, alpha: Vector) -> Vector:
@@ -101,7 +101,7 @@ class PartRotation:
 class Moving(NamedTuple):
     """A part of a body with the motion of its mass centre and, if it is extended, its rotation.
 
-    `shared` are the motions and masses that its momentum is a sum of, where it is not that of its mass at its mass centre.
+    `shared`, if not empty, gives the momentum of the part as Σ m v over motions, instead of its mass times the velocity of its centre.
     """
 
     body: Body
@@ -112,7 +112,7 @@ class Moving(NamedTuple):
 
     @property
     def momenta(self) -> tuple[tuple[Motion, Expr], ...]:
-        """The momentum as Σ m v: motions, each with its mass."""
+        """Pairs (motion, mass) whose Σ m v is the momentum."""
         return self.shared or ((self.center, self.part.mass),)
 
 
@@ -120,7 +120,7 @@ Inertias = list[tuple[Body, Part, ConstantInertia | None]]
 
 
 def inertias_of(bodies: Iterable[Body], aligned: Aligned) -> Inertias:
-    """Each part of each body, and its inertia along the frame in which it is constant and short."""
+    """Each part of each body, with its inertia along a frame in which it is constant; None of a particle."""
     return [
         (b, p, constant_inertia(p.name, p.frame, p.inertia, aligned) if p.frame and p.inertia else None)
         for b in bodies
@@ -129,7 +129,7 @@ def inertias_of(bodies: Iterable[Body], aligned: Aligned) -> Inertias:
 
 
 def homes(inertias: Inertias, aligned: Aligned) -> dict[Basis, Basis]:
-    """For the frames of some parts, the frame along which ω is best written."""
+    """The frame of the inertia, by the frame of the part, if ω is to be written along it and not along the part's own basis."""
     best = {
         p.frame: inertia.frame
         for _, p, inertia in inertias
@@ -139,7 +139,7 @@ def homes(inertias: Inertias, aligned: Aligned) -> dict[Basis, Basis]:
 
 
 def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ...]:
-    """Each part of each body with its motion."""
+    """The parts of bodies with their motions."""
     return tuple(
         Moving(
             b,
@@ -153,7 +153,7 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
 
 
 def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> PartRotation:
-    """The rotation of a part; dH/dt in the frame in which it spins where that is shorter, as one writes it for a disk or a top."""
+    """The rotation of a part. If it spins relative to the inertia's frame, the shorter of I·α + ω × I·ω and d(I·ω)/dt is the bias."""
     motion = kinematics.frame(frame)
 
     def cost(v: Vector) -> int:
@@ -170,7 +170,7 @@ def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> 
 
 
 def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned) -> ConstantInertia:
-    """The inertia along the frame highest up the tree in which its measure numbers are those of the body's own frame."""
+    """The inertia along the frame nearest to the root in which it is constant. ModelError if measure numbers vary in `frame`."""
     _check_constant(name, frame, inertia)
     frames = inertia.frames()
     home = frames[0] if len(frames) == 1 else frame
@@ -196,7 +196,7 @@ def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned)
 
 
 def _check_constant(name: str, frame: Frame, inertia: Dyadic) -> None:
-    """A ModelError for measure numbers that vary as they are declared, with time, place or an input: dH/dt would miss their rates."""
+    """Raises a ModelError if declared measure numbers vary with coordinates, time or inputs, as dH/dt would lack their rates."""
     declared = [x for dyad in inertia.dyads for v in dyad for _, triple in v.parts for x in triple]
     varying = [str(s) for s in free_symbols(declared) if not isinstance(s, Parameter)]
     if varying:
@@ -207,7 +207,7 @@ def _check_constant(name: str, frame: Frame, inertia: Dyadic) -> None:
 
 
 def _turns_with(matrix: Matrix) -> bool:
-    """Whether measure numbers that are constant along other frames differ between configurations, drawn at random."""
+    """Whether measure numbers differ between random configurations."""
     symbols = free_symbols(x for row in matrix.rows for x in row)
     if is_constant_in_time(symbols):
         return False
@@ -217,9 +217,9 @@ def _turns_with(matrix: Matrix) -> bool:
 
 
 def _despun(frame: Basis, rows: Cosines) -> Basis:
-    """Climb over rotations about an axis of symmetry: I is the same on either side of them."""
+    """The nearest ancestor below which all rotations are about an axis of symmetry, so that I has the same measure numbers in it."""
     if _symmetric_about(rows, 0) and _symmetric_about(rows, 1):
-        return frame  # a sphere has the same inertia everywhere; its own frame serves
+        return frame  # a sphere: I is the same in all frames
     while frame.orientation is not None:
         axis = frame.orientation.axis
         if axis is None or not _symmetric_about(rows, axis):
@@ -235,7 +235,7 @@ def _symmetric_about(rows: Cosines, axis: int) -> bool:
 
 
 class LoadTerm(NamedTuple):
-    """A force at a point, or a torque on a frame, and the motion of its place."""
+    """A force at a point or a torque on a frame (`place`), and the motion of that point or frame."""
 
     place: Point | Frame
     vector: Vector
@@ -243,14 +243,14 @@ class LoadTerm(NamedTuple):
 
 
 def acting(loads: Iterable[Load]) -> Iterator[tuple[Point | Frame, Vector]]:
-    """Forces of loads with their points, torques with their frames."""
+    """Pairs (point, force) and (frame, torque) of loads."""
     for load in loads:
         yield from load.forces
         yield from load.torques
 
 
 def active_terms(load: Load, kinematics: Kinematics) -> tuple[LoadTerm, ...]:
-    """Forces and torques of one load."""
+    """The forces and torques of one load, with the motions of their points and frames."""
     return tuple(LoadTerm(p, kinematics.aligned.vector(v), kinematics.of(p)) for p, v in acting([load]))
 
 
@@ -267,7 +267,10 @@ def inertia_terms(moving: Moving) -> tuple[LoadTerm, ...]:
 def bias_terms(
     loads: Iterable[LoadTerm], bodies: Sequence[Moving], fall: Vector, u_dot: Mapping[Expr, Expr] = MappingProxyType({})
 ) -> list[LoadTerm]:
-    """The terms of f: loads, gravity's acceleration `fall`, and inertia at u̇ = 0 or `u_dot`; one a place, forces first."""
+    """The terms of f: loads, weights by the acceleration `fall`, and inertia forces at u̇ = 0 or `u_dot`.
+
+    One term per point or frame, forces first.
+    """
     by_place: dict[Point | Frame, LoadTerm] = {}
     for term in loads:
         before = by_place.get(term.place)
@@ -320,7 +323,7 @@ def _acceleration(motion: Motion, u_dot: _Given) -> Vector:
 
 
 def terms_moved_by(terms: Iterable[LoadTerm], speed: Expr) -> Iterator[tuple[LoadTerm, Vector]]:
-    """The terms whose place moves with a speed, each with its partial velocity."""
+    """The terms with a partial velocity for `speed`, each with it."""
     return ((term, term.motion.partials[speed]) for term in terms if speed in term.motion.partials)
 
 
@@ -332,7 +335,7 @@ def generalized(terms: Iterable[LoadTerm], speed: Expr) -> Expr:
 def generalized_by_motion(
     terms: Iterable[LoadTerm], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
 ) -> Expr:
-    """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the scalar `product`."""
+    """Σ v_r·F + Σ ω_r·T; forces with equal v_r, and torques with equal ω_r, are summed before the scalar `product`."""
     met = [
         (isinstance(place, Frame), motion.partials[speed], vector)
         for place, vector, motion in terms
@@ -343,7 +346,7 @@ def generalized_by_motion(
 
 @remembered
 def _by_motion(met: tuple[tuple[bool, Vector, Vector], ...], product: Callable[[Vector, Vector], Expr]) -> Expr:
-    """The same of vectors with their partial velocities, by whether these are angular."""
+    """The same for triples (is angular, partial velocity, vector)."""
     shifts: dict[Parts, tuple[Vector, Vector]] = {}
     turns: dict[Parts, tuple[Vector, Vector]] = {}
     for angular, partial, vector in met:
@@ -384,13 +387,13 @@ Rows = list[list[Expr]]
 Place = tuple[int, int]
 
 _FEW = 6
-"""Equations up to which what their terms have in common is looked for."""
+"""The largest number of coupled equations in which common factors are looked for."""
 
 
 class Blocks(NamedTuple):
-    """M (n × n), f (n) and G (n × reactions) of the generalized speeds; M_a, f_a and G_a of the auxiliary ones.
+    """M (n × n), f (n) and G (n × reactions) of the generalized speeds; M_a, f_a and G_a of the auxiliary speeds.
 
-    `evident` is G_a without the loads that hold reactions.
+    `evident` is G_a without the part of loads that depend on reactions.
     """
 
     mass: Matrix
@@ -409,7 +412,7 @@ def blocks(
     reactions: Sequence[Reaction],
     pairs: Mapping[tuple[Expr, Expr], Expr],
 ) -> Blocks:
-    """The rows of M and of f + G R, those of the auxiliary speeds last and with the reactions that these bring into evidence."""
+    """M, f and G from the rows of M and f + G R, auxiliary speeds last; `pairs` are the reactions that these bring into evidence."""
     n, r = len(mass) - len(auxiliary), len(reactions)
     forcing, coupling = _reaction_form(right, reactions)
     evident = Matrix([[pairs.get((s, x), ZERO) for x in reactions] for s in auxiliary], (len(auxiliary), r))
@@ -425,7 +428,7 @@ def blocks(
 
 
 def _reaction_form(right: Sequence[Expr], reactions: Sequence[Reaction]) -> tuple[list[Expr], Rows]:
-    """f and G of f + G R."""
+    """f and G of the right-hand sides f + G R, which are affine in R."""
     if not reactions or not any(isinstance(s, Reaction) for s in free_symbols(right)):
         return list(right), [[ZERO] * len(reactions) for _ in right]
     forms = affine_forms(right, reactions)
@@ -433,7 +436,7 @@ def _reaction_form(right: Sequence[Expr], reactions: Sequence[Reaction]) -> tupl
 
 
 def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Sequence[Expr]) -> Rows:
-    """M_rs for r in `speeds`, then `auxiliary`, and s in `speeds`; the square block is symmetric."""
+    """The rows M_rs = Σ m v_r·v_s + ω_r·I·ω_s, for r in `speeds`, then `auxiliary`, and s in `speeds`."""
     symbols, n = [*speeds, *auxiliary], len(speeds)
     vectors: dict[Parts, Vector] = {}
     shifts: dict[Place, dict[Vector, dict[Vector, Expr]]] = {}  # v_r → (v_s → Σ m) over the bodies that both move
@@ -465,18 +468,18 @@ def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Seque
 
 
 def _numbered(motion: Motion, symbols: Sequence[Expr], vectors: dict[Parts, Vector]) -> dict[int, Vector]:
-    """The partial velocities by the speeds' numbers; equal ones are one object, so that they can be compared by identity."""
+    """The partial velocities by the number of the speed; equal ones are one object, to be compared by identity."""
     partials = motion.partials
     return {i: vectors.setdefault(partials[s].parts, partials[s]) for i, s in enumerate(symbols) if s in partials}
 
 
 def _pairs(met: Iterable[int], moved: Iterable[int], n: int) -> list[Place]:
-    """The entries on and above the diagonal, and those of auxiliary rows, to which a body adds."""
+    """The entries of M to which a body contributes, on and above the diagonal and in auxiliary rows."""
     return [(i, j) for i in met for j in moved if j < n and (i <= j or i >= n)]
 
 
 def _carried(masses: Mapping[Vector, Expr], vectors: dict[tuple[Any, ...], Vector]) -> Vector:
-    """Σ m v_s of one group; the same group met again is the same vector."""
+    """Σ m v_s, one object for equal groups."""
     key = tuple(masses.items())
     if key not in vectors:
         vectors[key] = sum((v * mass for v, mass in masses.items()), start=Vector()).gathered()
@@ -484,9 +487,9 @@ def _carried(masses: Mapping[Vector, Expr], vectors: dict[tuple[Any, ...], Vecto
 
 
 def primitive(blocks: Blocks) -> Blocks:
-    """M, f and G of the speeds without the parameters that all terms of equations with common u̇ hold; M stays symmetric.
+    """M, f and G divided by parameters common to all terms of a block of coupled equations; M stays symmetric.
 
-    An equation with one u̇, which a number multiplies, is divided by that, too.
+    An uncoupled equation whose entry of M is a number is divided by that too.
     """
     count = len(blocks.forcing)
     memo: Contents = {}

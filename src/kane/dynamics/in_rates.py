@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A system in the rates of its coordinates: motions of places, kinetic energy, generalized forces, constraints.
+"""A system in q, q̇ and q̈: velocities, accelerations, kinetic energy, generalized forces and constraints.
 
-Nothing here comes from the kinematics in generalized speeds: velocities and accelerations are derivatives of positions and direction
-cosines, so that methods in q̇ check those in u.
+Velocities and accelerations are time derivatives of positions and direction cosines, independent of the kinematics in generalized
+speeds, so that methods in q̇ (Lagrange, Hamilton, …) check Kane's equations.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -37,7 +37,7 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, eq=False)
 class LinearConstraints:
-    """Constraints that do not follow from others, A q̇ + b = 0 (the `rates`) and A q̈ + `drift` = 0; `dependent` are given."""
+    """The nonredundant constraints A q̇ + b = 0 (`rates`) and A q̈ + `drift` = 0, with the coordinates that are `dependent`."""
 
     a: Matrix
     drift: Exprs
@@ -47,7 +47,7 @@ class LinearConstraints:
 
     @cached_property
     def embedding(self) -> Embedding:
-        """The dependent unknowns by the others, q̈_D = A_n q̈_I + c_D."""
+        """The dependent accelerations, q̈_D = A_n q̈_I + c_D."""
         m = len(self.drift)
         nothing = Matrix([[]] * m, (m, 0))
         rows = ConstraintRows((), self.a, nothing, (ZERO,) * m, lambda: self.drift)
@@ -56,7 +56,7 @@ class LinearConstraints:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InRates(Immutable):
-    """The system of `derived` in the rates of its coordinates, `partition` its constraints that do not follow from others."""
+    """The system of `derived` in q, q̇ and q̈; `partition` tells its nonredundant constraints."""
 
     derived: Derived
     partition: Partition | None = None
@@ -80,7 +80,7 @@ class InRates(Immutable):
 
     @read
     def by_rates(self) -> dict[Expr, Expr]:
-        """The same, and declared speeds by their definitions: loads may be given in these."""
+        """Substitutions of quasi-rates by ė, and of declared speeds, which loads may contain, by their definitions."""
         defined = self.derived.system.speeds.items()
         return {**self.quasi, **{u: substituted(e, self.quasi) for u, e in defined}}
 
@@ -91,18 +91,19 @@ class InRates(Immutable):
     # Motions -------------------------------------------------------------------------------------------------------------
 
     def declared_velocity(self, place: Point | Frame) -> Vector:
-        """v of a point, ω of a frame, as it is declared."""
+        """v of a point or ω of a frame, as declared."""
         base = self.derived.system.inertial
         return place.velocity(base) if isinstance(place, Point) else place.angular_velocity(base)
 
     def velocity(self, place: Point | Frame) -> Vector:
-        """v of a point, ω of a frame."""
+        """v of a point or ω of a frame, in q and q̇."""
         return self.declared_velocity(place).map(self.own).gathered()
 
     def velocity_at_any_length(self, place: Point | Frame) -> Vector:
-        """The same where Euler parameters have any length: v of a point is the derivative of its place.
+        """v or ω valid for Euler parameters of any length: v of a point is the derivative of its position.
 
-        So forces that have a potential energy have one there, too. The place of a particle of a body says nothing of its velocity.
+        Conservative forces are then derivatives of a potential for any length too. v of a particle of a body is as declared, since it
+        is not the derivative of its position.
         """
         if not self.quasi or isinstance(place, Frame) or any(p.body is not None for p in place.ancestry()):
             return self.velocity(place)
@@ -111,7 +112,7 @@ class InRates(Immutable):
         return Vector(((base, (x, y, z)),))
 
     def acceleration(self, place: Point | Frame) -> Vector:
-        """a of a point, α of a frame."""
+        """a of a point or α of a frame, in q, q̇ and q̈."""
         base = self.derived.system.inertial
         a = place.acceleration(base) if isinstance(place, Point) else place.angular_acceleration(base)
         return a.map(self.own).gathered()
@@ -152,7 +153,7 @@ class InRates(Immutable):
                 yield part.frame, part.inertia.dot(alpha) + w.cross(part.inertia.dot(w))
 
     def acting(self) -> Iterator[tuple[Point | Frame, Vector]]:
-        """Forces with their points, torques with their frames; gravity's too."""
+        """Pairs (point, force) and (frame, torque) of loads and gravity."""
         return ((place, v.map(self.own)) for place, v in acting(self.derived.system.all_loads()))
 
     @read
@@ -165,7 +166,7 @@ class InRates(Immutable):
         forces: Iterable[tuple[Point | Frame, Vector]],
         velocity: Callable[[Point | Frame], Vector] | None = None,
     ) -> Exprs:
-        """What forces at points and torques on frames do for each rate, where `velocity` is not another, by partial velocities."""
+        """Σ F·∂v/∂q̇_s + T·∂ω/∂q̇_s for each rate, with the velocities of `velocity`, by default those of the system."""
         total = dict.fromkeys(self.rates, ZERO)
         for place, v in forces:
             for s, partial in partials_of((velocity or self.velocity)(place), self.rates).items():
@@ -176,7 +177,7 @@ class InRates(Immutable):
 
     @read
     def rows(self) -> Matrix:
-        """C of all constraints C q̇ + c = 0, those of Euler parameters last."""
+        """C in C q̇ + c = 0, of all constraints; those of Euler parameters last."""
         return self._matrix(self._rates_held(self.derived.constraints.constraints))
 
     def _rates_held(self, constraints: Iterable[Constraint]) -> list[tuple[str, Expr]]:
@@ -192,7 +193,7 @@ class InRates(Immutable):
 
     @read
     def held(self) -> LinearConstraints | None:
-        """The constraints, those of Euler parameters among them; None without any."""
+        """The nonredundant constraints, including those of Euler parameters; None without any."""
         p, every = self.partition, self.derived.constraints.constraints
         given = self._rates_held([every[r] for r in (sorted(p.rows) if p else ())])
         if not given:
@@ -221,5 +222,5 @@ class InRates(Immutable):
 
 
 def momenta(part: Part) -> tuple[tuple[Point, Expr], ...]:
-    """The momentum as Σ m v: points, each with its mass; of a flexible body those that share it."""
+    """Pairs (point, mass) whose Σ m v is the momentum of a part."""
     return part.momenta or ((part.mass_center, part.mass),)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""M u̇ − f, f, M and the kinetic energy of trees, in a number of operations that grows as the tree, or as M has entries.
+"""Inverse dynamics of trees by the recursive Newton–Euler algorithm (Featherstone 2008, ch. 5): M u̇ − f, f, M and kinetic energy.
 
-g of each joint speed w is what its equation leaves: the moment and force that are transmitted to its segment, along its axis. Kane's
-equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w/∂u_r M_ww′ ∂w′/∂u_s.
+The force g of each joint speed w is the component, along its motion subspace, of the wrench transmitted to its segment. Then
+(M u̇ − f)_r = Σ_w g_w ∂w/∂u_r, in O(n) operations, and M_rs = Σ ∂w/∂u_r M_ww′ ∂w′/∂u_s, in as many as M has nonzero entries.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ from kane.tree.values import Accelerations, to_rigid
 
 @dataclass(frozen=True, eq=False)
 class TreeInverse:
-    """The segments at given u̇: the acceleration of their ground, and λ by number, with the rows they are of."""
+    """A tree at given u̇: its segments, the acceleration of the ground, and the rows and rates λ of joint speeds, by number."""
 
     tree: Tree
     ground: Triple
@@ -47,16 +47,16 @@ class TreeInverse:
     lambdas: Sequence[Expr]
 
     def left(self, derived: Derived) -> Exprs:
-        """M u̇ − f."""
+        """M u̇ − f of the generalized speeds."""
         return self.by_speeds(derived).T @ self.forces()
 
     def by_speeds(self, derived: Derived) -> Matrix:
-        """∂w/∂u, a row for each joint speed."""
+        """∂w/∂u (joint speeds × generalized speeds)."""
         found = [_by_speeds(row, derived) for row in self.rows]
         return Matrix([[row.get(u, ZERO) for u in derived.speeds] for row in found], (len(found), len(derived.speeds)))
 
     def forces(self) -> list[Expr]:
-        """g of every joint speed, by number."""
+        """The force g of each joint speed, by number."""
         moving, numbers = rates(self.tree), mode_numbers(self.tree)
         at = outward(self.tree, Driven(self.tree, moving, self.lambdas), Accelerations(NOTHING, self.ground))
         wrenches = [s.pressing(w.w, w.square, a) for s, w, a in zip(self.tree, moving, at, strict=True)]
@@ -101,7 +101,7 @@ def _by_speeds(own: Row, derived: Derived) -> dict[Expr, Expr]:
 def inverse_at(
     derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False, elastic: bool = False
 ) -> TreeInverse:
-    """The segments at given u̇, as if nothing closed the tree; Unsuited, with what is in the way, where it is no such tree."""
+    """The tree at given u̇, without constraints. Unsuited, with the reason, if the system is not a tree of joint speeds."""
     if holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     carried = carrying(derived, shared=elastic)
@@ -115,9 +115,9 @@ def inverse_at(
 
 
 def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> TreeInverse:
-    """The segments of a tree at the u̇ that the `route` finds, without elastic parts; Unsuited where it is no such tree.
+    """The tree at the u̇ of recursion `route`, without elastic parts. Unsuited if the system is not such a tree.
 
-    λ of rows in rates are those of the route, and with composite bodies those of forces body by body, as g is made of these.
+    λ of rows in rates are those of the recursion; with composite bodies the bias forces are computed body by body, as g is.
     """
     if derived.constraints.constraints:
         raise Unsuited("constraints")
@@ -132,17 +132,17 @@ def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> TreeInver
 
 
 def residual(derived: Derived) -> Exprs:
-    """M u̇ − f in u̇, of a tree of joint speeds; Unsuited, with what is in the way, of another system."""
+    """M u̇ − f in u̇. Unsuited, with the reason, if the system is not a tree of joint speeds."""
     return _inverse(derived, [rate(u) for u in derived.speeds]).left(derived)
 
 
 def forcing(derived: Derived) -> Exprs:
-    """f of a tree; Unsuited, with what is in the way, of another system."""
+    """f. Unsuited, with the reason, if the system is not a tree of joint speeds."""
     return tuple(map(neg, _inverse(derived, [ZERO] * len(derived.speeds)).left(derived)))
 
 
 def mass_matrix(derived: Derived) -> Matrix:
-    """M of a tree, which constraints do not change; Unsuited, with what is in the way, of another system."""
+    """M, which constraints do not change. Unsuited, with the reason, if the system is not a tree of joint speeds."""
     if derived.constraints.constraints:
         derived = replace(derived, constraints=constraint_rows((), derived.kinematics, derived.auxiliary_speeds))
     return _inverse(derived, [ZERO] * len(derived.speeds)).mass_of_speeds(derived)
@@ -153,10 +153,10 @@ def _inverse(derived: Derived, u_dot: Sequence[Expr]) -> TreeInverse:
 
 
 def kinetic_energy_along_tree(derived: Derived) -> Expr:
-    """½ Σ m v·v + ω·I·ω of a tree, from the velocities of its segments; Unsuited, with what is in the way, of another system.
+    """The kinetic energy ½ Σ m v·v + ω·I·ω, from the velocities of the segments. Unsuited if the system is not a tree of joint speeds.
 
-    A body with ω, the velocity v of its origin, the mass m, h = m r* and the inertia J about that has ½ (m v·v + 2 v·(ω × h) + ω·J·ω),
-    what is reflected to a joint speed ½ a w².
+    A body with ω, velocity v of its origin, mass m, h = m r* and inertia J about the origin has ½ (m v·v + 2 v·(ω × h) + ω·J·ω), a
+    reflected inertia a has ½ a w².
     """
     carried = carrying(derived)
     tree = joint_tree(carried.segments.steps, carried.bodies, along_b=True, reflected=carried.reflected).segments

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Attributes of records, and values of mappings, that are computed when they are first read; what was made lately."""
+"""Lazy evaluation: cached attributes of records, mappings that compute values when read, and a bounded cache of recent values."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class read(cached_property[V]):
             self.func.__annotations__["return"] = kind
 
     def within(self, part: str) -> read[V]:
-        """The same attribute of a record that holds this one's as `part`."""
+        """An attribute of a record that reads this attribute of its field `part`."""
         outer: read[V] = read(lambda whole: self.__get__(getattr(whole, part)), self.__doc__)
         outer.func.__annotations__.update(self.func.__annotations__)
         return outer
@@ -70,13 +70,13 @@ class LazyMapping(Mapping[K, V]):
         return key in self._keys or len(self._called(key)) == 1
 
     def _called(self, key: Any) -> list[K]:
-        """The keys of this name."""
+        """The keys with this name."""
         stands_for = self._stands_for
         own = tuple(stands_for.get(x, x) for x in key) if isinstance(key, tuple) else stands_for.get(key, key)
         return [k for k in self._keys if _named(k, own)]
 
     def _meant(self, key: Any) -> K:
-        """The one key of this name."""
+        """The only key with this name. ValueMissingError if there is none, or several."""
         found = self._called(key)
         if len(found) != 1:
             names = [*map(_label, self._keys)]
@@ -102,7 +102,7 @@ class LazyMapping(Mapping[K, V]):
 
 
 class Lately(Generic[K, V]):
-    """The values that were asked for last, at most `most` of them; what is asked for again is not made again."""
+    """A cache of the `most` values used last."""
 
     __slots__ = ("_most", "_values")
 
@@ -111,7 +111,7 @@ class Lately(Generic[K, V]):
         self._values: dict[K, V] = {}
 
     def get(self, key: K, make: Callable[[], V]) -> V:
-        """make(), made once. Threads that ask for one key at a time may each make it."""
+        """The cached value of `key`, else make(). Threads that ask for one key at the same time may each make it."""
         value = self._values.pop(key, None)
         if value is None:
             value = make()
@@ -121,15 +121,15 @@ class Lately(Generic[K, V]):
         return value
 
     def values(self) -> tuple[V, ...]:
-        """What is kept, the oldest first."""
+        """The cached values, the least recently used first."""
         return tuple(self._values.values())
 
 
-def _named(key: Any, told: Any) -> bool:
-    """Whether `told` is this key, or its name; of a pair part by part."""
+def _named(key: Any, given: Any) -> bool:
+    """Whether `given` is the key or its name; for a tuple entry by entry."""
     if isinstance(key, tuple):
-        return isinstance(told, tuple) and len(told) == len(key) and all(map(_named, key, told))
-    return told is key or (isinstance(told, str) and getattr(key, "name", None) == told)
+        return isinstance(given, tuple) and len(given) == len(key) and all(map(_named, key, given))
+    return given is key or (isinstance(given, str) and getattr(key, "name", None) == given)
 
 
 def _label(key: object) -> str:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""False poles: configurations at which W = Y⁻¹ does not exist, although the constraints and the speeds together give the rates.
+"""False poles: configurations at which W = Y⁻¹ does not exist although the constraints and the speeds together determine q̇.
 
-The speeds and the constraints are u = Y q̇ + z and A_q q̇ + b_q = 0. Where Y is singular, but the columns of [Y; A_q] are independent,
-the motion is regular, and so is q̇ as a function of the independent speeds: q̇ follows from [Y_I; A_q]. Only what is written through W
-has a pole there. With N the rates that the constraints admit, A_q N = 0, the speeds are those with B u = const., B (Y N) = 0: what
-is dependent there is chosen from B.
+The speeds and the constraints are u = Y q̇ + z and A_q q̇ + b_q = 0. If Y is singular but the columns of [Y; A_q] are independent, the
+motion is regular, and q̇ follows from the independent speeds by [Y_I; A_q]; only expressions that contain W have a pole. With a basis
+N of the rates that the constraints admit, A_q N = 0, admissible speeds satisfy B u = const., where B (Y N) = 0, and the dependent
+speeds are chosen from B.
 
-Events that every system watches: the end of slip, Painlevé's case, and singular kinematics.
+The module also makes the events that every system watches: the end of slip, Painlevé's case, and singular kinematics.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -46,15 +46,15 @@ _SAMPLES = 9
 
 
 def moving_pivots(derived: Derived) -> list[Expr]:
-    """The pivots of W that change with the configuration."""
+    """The pivots of W that depend on the configuration."""
     return [p for p in derived.kinematical.pivots if any(isinstance(s, Coordinate) for s in free_symbols([p]))]
 
 
 def without_poles(derived: Derived, partition: Partition | None, fixed: bool = False) -> Partition | None:
-    """Dependent speeds with which the motion is regular at false poles; None where none is found.
+    """A partition with which the motion is regular at false poles; None if none is found.
 
-    Those of `partition`, or, if these are not `fixed`, nor named by the user, and do not follow alike everywhere else, others that are
-    determined no worse at configurations elsewhere.
+    It is `partition` or, unless its dependent speeds are `fixed`, named by the user, or determined equally well everywhere, another
+    one that is determined no worse at other configurations.
     """
     pivots = moving_pivots(derived)
     if partition is None or not partition.dependent or not pivots:
@@ -83,13 +83,13 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
 
 
 def _determined(b: Array, dependent: Sequence[int], sizes: Array) -> float:
-    """How well B u = const. gives the dependent speeds: the least singular value over the largest size, columns divided by `sizes`."""
+    """How well B u = const. determines the dependent speeds: their least singular value, relative, with columns divided by `sizes`."""
     values = singular(level(b / sizes)[:, list(dependent)]).values
     return float(values[-1]) if len(values) == len(b) else 0.0
 
 
 class RateRows:
-    """Y and A_q in the basic rates: in numbers where values of all other symbols are known."""
+    """The numerical matrices Y and A_q in the basic rates."""
 
     def __init__(self, derived: Derived) -> None:
         rates = derived.kinematical.rates
@@ -102,16 +102,16 @@ class RateRows:
         self.unit: dict[Any, Any] = dict(zip(rates, np.eye(len(rates), len(rates) + 1), strict=True))
 
     def at(self, values: Mapping[Expr, Any], count: int) -> Array:
-        """[Y; A_q] at several places (count × (n + m) × n); `values` are numbers, or columns (count × 1)."""
+        """[Y; A_q] (count × (n + m) × n) at `values` of all other symbols, numbers or columns (count × 1)."""
         n = self.count
         with np.errstate(all="ignore"):
             numbers = spread(evaluate(self.exprs, {**values, **self.unit}), (count, n + 1)).swapaxes(0, 1)
         return np.asarray(numbers[..., :n] - numbers[..., n:])
 
     def told(self, values: Mapping[Expr, Any], every: Array) -> Mask:
-        """At which places (count) rounding leaves of what `at` gives, `every`, enough to tell whether speeds are determined.
+        """Whether `every`, the result of `at`, is accurate enough (count) to decide if speeds are determined.
 
-        A wheel that lies flat on the road has no lowest point: its constraint holds there, and 0/0 says nothing of the rates.
+        It is not for a wheel flat on the road, for instance, which has no lowest point: its row is 0/0 up to rounding.
         """
         n = self.count
         scales = balance(every)
@@ -122,7 +122,7 @@ class RateRows:
         return np.asarray((shares <= NEAR_SINGULAR).all(axis=(1, 2)))
 
     def admitted(self, both: Array) -> Array | None:
-        """B (rank × n) with B (Y N) = 0, its rows orthonormal, where [Y; A_q] is `both`; None where that does not give the rates."""
+        """B (rank × n) with orthonormal rows and B (Y N) = 0, for [Y; A_q] = `both`; None if that does not determine the rates."""
         n = self.count
         if not np.isfinite(both).all() or singular(balanced(both)).rank(DERIVE_RANK) < n:
             return None
@@ -132,9 +132,9 @@ class RateRows:
 
 
 class AdmittedSpeeds:
-    """Which speeds the constraints can give at a state, where W may have a pole there; `values` are those of parameters and the like.
+    """The choice of dependent speeds at a state at which W may have a pole; `values` are those of parameters, inputs and time.
 
-    Speeds are divided by the sizes that they have in the constraints at random configurations.
+    Speeds are scaled by their sizes in the constraints at random configurations.
     """
 
     def __init__(self, derived: Derived, values: Mapping[Expr, Any]) -> None:
@@ -146,7 +146,7 @@ class AdmittedSpeeds:
         self.sizes = balance(medians(np.array(usual)), order=(1, 0)).columns if usual else np.ones((1, n))
 
     def others(self, values: Mapping[Expr, Any], dependent: Sequence[int]) -> tuple[int, ...] | None:
-        """Speeds that follow from the others at a state much better than the `dependent` ones, which follow poorly; None else."""
+        """Speeds that are much better determined at a state than the `dependent` ones, if these are poorly determined; else None."""
         found = self.rows.admitted(self.rows.at(values, 1)[0])
         if found is None or len(found) != len(dependent):
             return None
@@ -158,7 +158,7 @@ class AdmittedSpeeds:
         return other.dependent if now < POOR and better else None
 
     def cure(self, values: Mapping[Expr, Any], present: Partition) -> tuple[int, ...] | None:
-        """`others` with which the equations are regular at the state: W has no pole there, or these speeds take it away."""
+        """`others`, if the equations are then regular at the state; else None."""
         others = self.others(values, present.dependent)
         if others is None:
             return None
@@ -168,7 +168,7 @@ class AdmittedSpeeds:
         return tuple(sorted(others)) if regular or without_poles(self.derived, by, fixed=True) is not None else None
 
     def partition(self, values: Mapping[Expr, Any], present: Partition, dependent: Sequence[int]) -> Partition:
-        """The `dependent` speeds in the order in which A gives them at a state; at a pole of W by the rows of the `present` ones."""
+        """The partition of the `dependent` speeds by elimination at a state; at a pole of W with the rows of `present`."""
         n = self.rows.count
         (both,) = self.rows.at(values, 1)
         if singular(balanced(both[:n])).regular(NEAR_SINGULAR):
@@ -179,21 +179,20 @@ class AdmittedSpeeds:
 
 
 class _Configurations:
-    """Configurations, and Y and A_q in the basic rates there."""
+    """Configurations at which B u = const. is examined."""
 
     def __init__(self, derived: Derived) -> None:
         self.system, self.rows = derived.system, RateRows(derived)
 
     def admissible(self, f: tuple[Expr, ...], pivot: Expr | None = None) -> Iterator[tuple[Array, Callable[[], bool]]]:
-        """B (rank × n) with B u = const. at configurations with f = 0, and where `pivot` vanishes, if one is given.
+        """B (rank × n) at configurations with f = 0 and, if given, `pivot` = 0, each with a function that tests its accuracy.
 
-        Each with a function that says whether rounding leaves enough there to tell. Left out are those at which Y and A_q together do
-        not give the rates.
+        Configurations at which Y and A_q together do not determine the rates are left out.
         """
         q = self.system.coordinates
         if pivot is not None:
             size = float(sample([pivot], SEED)[0])
-            if not np.isfinite(size):  # it has no value at numbers at random, as √(a² − b²)
+            if not np.isfinite(size):  # undefined at random values, as √(a² − b²) may be
                 return
             f = (*f, div(pivot, as_expr(size)))
         values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), SEED, self.rows.unit)
@@ -216,7 +215,7 @@ class _Configurations:
                 yield b, partial(lambda k: bool(told()[k]), k)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
-        """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
+        """Random configurations or, with a pivot, those at which it is smallest; empty if it is nowhere small."""
         q = self.system.coordinates
         begin = np.array([values[x] for x in q])
         drawn = begin + _SPREAD * np.random.default_rng(SEED).normal(size=(_DRAWN, len(q)))
@@ -262,18 +261,18 @@ _HAS_NO_REACTIONS = (
 
 
 class SlipEnd(Event):
-    """The end of a slip, at its threshold or, where that is zero, at a share of the largest slip of the motion."""
+    """The end of a slip, at its threshold or, if that is zero, at a share of the largest slip speed of the motion."""
 
     __slots__ = ()
 
     @property
     def by_share(self) -> bool:
-        """Whether a share of the largest slip ends it."""
+        """Whether the threshold is a share of the largest slip speed."""
         return self.threshold == 0
 
 
 class KinematicsEnd(Event):
-    """A pivot of W through zero."""
+    """The event that a pivot of W passes zero."""
 
     __slots__ = ()
 
@@ -292,9 +291,9 @@ def watched_events(solved: Solved) -> tuple[Event, ...]:
 
 
 def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
-    """The ends of slip of loads that declare friction; and of loads that a reaction and a speed make, the loss of contact.
+    """The ends of slip of loads that declare friction, and the loss of contact of loads proportional to a reaction and a speed.
 
-    Such a load takes its size from the reaction, declared as friction or not: where that pulls, the load would feed the motion.
+    If such a reaction becomes a pull, the load would add energy to the motion, whether it was declared as friction or not.
     """
     slips: dict[Expr, Event] = {}
     contacts: dict[Expr, str] = {}
@@ -322,7 +321,7 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
 
 
 def singular_events(speeds: Speeds) -> tuple[Event, ...]:
-    """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
+    """The events that pivots of W pass zero, where the speeds do not determine q̇."""
     moving = {p: str(p) for p in dict.fromkeys(speeds.pivots) if not is_constant_in_time([p])}
     return tuple(
         KinematicsEnd(f"{SINGULAR} ({told} = 0)", pivot, message=_HAS_NO_RATES.format(told))
@@ -331,17 +330,17 @@ def singular_events(speeds: Speeds) -> tuple[Event, ...]:
 
 
 def painleve_events(solved: Solved) -> tuple[Event, ...]:
-    """The determinant of what the reactions are multiplied by, over its value without the loads they enter.
+    """The event of Painlevé's case (1895): the ratio of determinants of the reaction matrix with and without friction passes zero.
 
-    It is 1 without friction. Where it vanishes the reactions have no finite solution; beyond, more pressing needs less force
-    (Painlevé 1895). Watched for up to three reactions.
+    The ratio is 1 without loads that depend on reactions; where it vanishes, the reactions have no finite solution. Watched for up to
+    three reactions.
     """
     matrix, bare = solved.reaction_matrix, solved.bare_reaction_matrix
     count = matrix.shape[0]
     if not 1 <= count <= _LARGEST_WATCHED:
         return ()
     base = determinant(bare.rows)
-    if base is ZERO:  # reactions that loads alone name cannot be told from those that loads depend on
+    if base is ZERO:  # singular without loads: some reactions occur in loads alone
         return ()
     ratio = div(determinant(matrix.rows), base)
     if ratio is ONE:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives of (q̇, u̇) as functions of all coordinates, all speeds, time, inputs and parameters; of M u̇ − f of trees.
+"""Exact derivatives of (q̇, u̇), and of M u̇ − f of trees, by coordinates, speeds, time, inputs and parameters.
 
-They are those of the expressions as they stand: under constraints u̇ of all speeds, each as a function of the whole state. What is
-divided by is what the values are divided by, with its guards, so that derivatives are NaN where they are.
+Under constraints u̇ of every speed is differentiated as a function of the whole state. The derivatives have the divisors and guards
+of the values, so that they are NaN at the same states. For trees they follow from the derivatives of inverse dynamics.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,9 +30,9 @@ _SHORT = 30_000
 
 @collecting_seldom()
 def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
-    """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇; of trees by inverse dynamics, where that is shorter.
+    """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇; of trees by inverse dynamics if that takes fewer operations.
 
-    Along the length of a set of Euler parameters, which is 1, no derivative means anything, and none is promised.
+    Derivatives along the length of a set of Euler parameters, which is 1, are undefined.
     """
     shape = len(solved.right_hand_side), len(symbols)
     by_tree = _of_tree(solved, symbols)
@@ -82,7 +82,7 @@ def second(solved: Solved, symbols: Sequence[Symbol], w: Sequence[Expr], v: Sequ
 
 
 def _all_or_none(solved: Solved, found: Sequence[Expr]) -> Sequence[Expr]:
-    """NaN where one of (q̇, u̇), the last of which is one under constraints, is."""
+    """The derivatives, all NaN at states where one of (q̇, u̇) is."""
     last = solved.right_hand_side[-1:] * len(found)
     return found if all(x is ZERO for x in found) else nan_where_more(solved, last, found)
 
@@ -90,10 +90,10 @@ def _all_or_none(solved: Solved, found: Sequence[Expr]) -> Sequence[Expr]:
 def acceleration_slopes(
     derived: Derived, u_dot: Sequence[Expr], symbols: Sequence[Symbol], route: str
 ) -> list[Sequence[Expr]]:
-    """∂u̇/∂symbols, a column for each symbol, of trees; Unsuited where the system is no tree of joint speeds.
+    """∂u̇/∂symbols of trees, a column for each symbol. Unsuited if the system is not a tree of joint speeds.
 
-    Inverse dynamics is differentiated with u̇ held: ∂ẇ/∂x = −M⁻¹ ∂g/∂x, g = M ẇ + … what each joint speed leaves. M is composite,
-    factored along the branches without fill. `route` is the recursion that found u̇, or would; u̇ follow from λ, which are held.
+    ∂ẇ/∂x = −M⁻¹ ∂g/∂x, where g(ẇ, x) are the forces of inverse dynamics, differentiated at constant ẇ. M is that of the
+    composite-rigid-body algorithm, factored along the branches without fill-in. `route` is the recursion that u̇ belong to.
     """
     inverse = inverse_of(derived, u_dot, route)
     g = tangents(inverse.tree, inverse.ground, inverse.lambdas, symbols)
@@ -113,7 +113,7 @@ def acceleration_slopes(
 def _solved(
     inverse: TreeInverse, g: Mapping[tuple[int, Symbol], Expr], symbols: Sequence[Symbol]
 ) -> Iterator[Sequence[Expr] | None]:
-    """∂λ/∂x = −M⁻¹ ∂g/∂x, None where it is zero."""
+    """∂λ/∂x = −M⁻¹ ∂g/∂x by symbol; None if it is zero."""
     mass = inverse.mass().rows
     factors = ldl(mass, sparse_order(mass))
     for x in symbols:
@@ -122,10 +122,10 @@ def _solved(
 
 
 def residual_slopes(derived: Derived, symbols: Sequence[Symbol]) -> Matrix:
-    """∂(M u̇ − f)/∂symbols in u̇, a row for each speed; Unsuited, with what is in the way, where the system is no tree of joint speeds.
+    """∂(M u̇ − f)/∂symbols in u̇, a row for each speed. Unsuited, with the reason, if the system is not a tree of joint speeds.
 
-    With g of the joint speeds w at λ(u̇, x): Σ_w ∂w/∂u (∂g/∂x + M ∂λ/∂x) + g ∂²w/∂u ∂x. Equilibria, steady motions and the flow beside
-    one are made of this.
+    With the forces g of the joint speeds w at λ(u̇, x): Σ_w ∂w/∂u (∂g/∂x + M ∂λ/∂x) + g ∂²w/∂u ∂x. Used for equilibria, steady
+    motions and their linearization.
     """
     inverse = inverse_at(derived, [rate(u) for u in derived.speeds])
     g = tangents(inverse.tree, inverse.ground, inverse.lambdas, symbols)
@@ -146,11 +146,11 @@ def _slope(e: Expr, x: Symbol) -> Expr:
 
 
 def closed_slopes(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]]:
-    """∂u̇/∂symbols, a column for each symbol; Unsuited where the system is no tree of joint speeds that constraints close.
+    """∂u̇/∂symbols, a column for each symbol. Unsuited if the system is not a tree of joint speeds closed by constraints.
 
         M u̇ − f = Aᵀ λ,   A u̇ + c = 0,   c = Ȧ u + ḃ
 
-    hold wherever the recursion gives u̇, on the constraints or off them. With r = M u̇ − f − Aᵀ λ, u̇ and λ held,
+    hold for u̇ of the recursion, also off the constraint manifold. With r = M u̇ − f − Aᵀ λ at constant u̇ and λ,
 
         A M⁻¹ Aᵀ ∂λ = A M⁻¹ ∂r − ∂(A u̇ + c),   ∂u̇ = M⁻¹ (Aᵀ ∂λ − ∂r).
     """
@@ -176,7 +176,7 @@ def closed_slopes(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Ex
 
 
 class _Solver:
-    """∂u̇ of M ∂u̇ − Aᵀ ∂λ = b and A ∂u̇ = c, M factored along its branches."""
+    """Solves M ∂u̇ − Aᵀ ∂λ = b, A ∂u̇ = c for ∂u̇, with M factored along the branches of the tree."""
 
     def __init__(self, mass: Matrix, a: Matrix) -> None:
         self.factors = ldl(mass.rows, sparse_order(mass.rows))

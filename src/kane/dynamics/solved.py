@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The equations of motion solved."""
+"""`Solved`: u̇, reactions and multipliers by one formulation, with the divisors and guards of the solution."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _READINGS = 64
 
 
 class Pivot(NamedTuple):
-    """What some dependent speeds are given divided by, the determinant of what gives them, and the size beside which it is zero."""
+    """The determinant `value` of the block that some dependent speeds are solved from, and the size beside which it counts as zero."""
 
     speeds: tuple[Speed, ...]
     value: Expr
@@ -40,7 +40,7 @@ class Pivot(NamedTuple):
 
 
 class AffineConstraints(NamedTuple):
-    """Constraints A u + b = 0, one a row."""
+    """Constraints A u + b = 0, one per row."""
 
     constraints: tuple[Constraint, ...]
     a: Matrix
@@ -48,9 +48,9 @@ class AffineConstraints(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What is walked for as many expressions as are `asked` for: they, then A u + b of the constraints `names`, then its limits.
+    """A numerical reading: `walk` evaluates the first `asked` expressions, then A u + b of the constraints `names`, then its limits.
 
-    `concerned` are the places of those that rows left out as redundant could change.
+    `concerned` are the indices of expressions that redundant rows could change.
     """
 
     walk: Walk
@@ -61,15 +61,15 @@ class Reading(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solved(Immutable):
-    """u̇ and R by one route with one choice of dependent speeds, and what was divided by on the way.
+    """u̇ and R by one formulation (`route`) with one choice of dependent speeds, and the divisors of the solution.
 
-    `pivots` are those of the mass matrix. `reaction_matrix` is what the reactions are solved from, `bare_reaction_matrix` the same
-    without the loads that hold reactions: a change of the sign of their determinants' ratio is Painlevé's case.
+    `pivots` are those of the mass matrix. The reactions are solved from `reaction_matrix`; `bare_reaction_matrix` is without the loads
+    that depend on reactions, and a change of sign of the ratio of their determinants is Painlevé's case.
 
-    Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
-    numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X. `routes`
-    holds the operations of all routes that were compared, by name; `asked` is the one that was asked for. `lightened` has the
-    loads without those along what constraints hold. `of_rows` are the multipliers by row, where the route has found them itself.
+    If W has false poles, `twin` is the solution in other speeds, of which those in `vanishing` are zero, and numbers are computed from
+    it. `shorter_rates` are q̇ on the constraints, if shorter than W u + X. `routes` gives the operations of all formulations compared,
+    by name; `asked` is the one asked for. `lightened` is the system without loads along constraint forces. `of_rows` are the
+    multipliers by row, if the formulation computes them.
     """
 
     route: str
@@ -114,9 +114,9 @@ class Solved(Immutable):
 
     @read
     def rate_guards(self) -> Guards:
-        """What W of q̇ = W u + X divides by, where it may vanish but for rounding, and the size beside which it is zero.
+        """The divisors of W in q̇ = W u + X that may vanish up to rounding, and the sizes beside which they count as zero.
 
-        Where the size changes with the state, as that of x² does, it is not of sines and cosines, and vanishes exactly.
+        Left out are those whose size depends on the state, as that of x² does, since they vanish exactly.
         """
         memo: Sizes = {}
         pivots = [p for p in self.regular.kinematical.pivots if not is_constant_in_time([p])]
@@ -128,7 +128,7 @@ class Solved(Immutable):
     def free_pivots(self) -> Guards:
         """The pivots of M of a system without constraints that may vanish, and their sizes.
 
-        That is the size of their terms, or that at a random state, beside which what recursions add up is not much too large.
+        The size is that of their terms or, for the long sums of recursions, that at a random state.
         """
         own = [] if self.embedding else [p for p in self.pivots if free_symbols([p]) and not never_zero(p)]
         if self.route == "classical":
@@ -170,7 +170,7 @@ class Solved(Immutable):
 
     @read
     def _dependent_indices(self) -> tuple[int, ...]:
-        """The places of `dependent_speeds` in the partition, which is in the order of elimination."""
+        """The indices of `dependent_speeds` in the partition, which is in the order of elimination."""
         solved_for = self.embedding.partition.dependent if self.embedding else ()
         named = {u: k for k, u in enumerate(self.derived.system.dependent_speeds)}
         rank = [(named.get(u, len(named)), i) for i, u in enumerate(self.derived.speeds)]
@@ -178,7 +178,7 @@ class Solved(Immutable):
 
     @read
     def speeds_by_independent(self) -> Exprs:
-        """u as functions of u_I: these themselves, and u_D = A_n u_I + b_n."""
+        """All speeds as functions of u_I: u_I, and u_D = A_n u_I + b_n."""
         dependent = map(add, self.A_n @ self.independent_speeds, self.b_n)
         values: dict[Speed, Expr] = {u: u for u in self.independent_speeds}
         values.update(zip(self.dependent_speeds, dependent, strict=True))
@@ -186,7 +186,7 @@ class Solved(Immutable):
 
     @read
     def held(self) -> AffineConstraints:
-        """A u + b = 0; where W has false poles u_D − A_n u_I − b_n = 0, which has none."""
+        """The constraints as A u + b = 0, or, if W has false poles, as u_D − A_n u_I − b_n = 0, which has none."""
         e, rows = self.embedding, self.derived.constraints
         if e is None or self.twin is None:
             return AffineConstraints(rows.constraints, rows.a, rows.b)
@@ -207,13 +207,13 @@ class Solved(Immutable):
 
     @read
     def left_out(self) -> Watch | None:
-        """What tells at a state whether `redundant` follow there too; None where none are."""
+        """The test whether the `redundant` constraints follow from the others at a state; None if there are none."""
         d = self.derived
         return watch(self.embedding, d.compared, d.conditions) if self.embedding else None
 
     @read
     def solved_for(self) -> frozenset[Expr]:
-        """What was solved for, or the constraints with: u̇, reactions, A_n and b_n, as far as they are no leaves."""
+        """The solved expressions: u̇, reactions, A_n and b_n, except leaves of the graph."""
         e = self.embedding
         solved = (*self.accelerations, *self.reactions, *self.shown[0], *self.shown[1])
         return frozenset(x for x in (*solved, *(e.a_n.entries if e else ()), *(e.b_n if e else ())) if x.args)
@@ -246,7 +246,7 @@ class Solved(Immutable):
 
     @read
     def nonholonomic(self) -> Derived:
-        """The motions, along the declared frames, in the independent speeds, through the particles that constraints hold."""
+        """The system in the independent speeds, along the declared frames, with velocities from contact points."""
         d, e = self.lightened or self.derived, self.embedding
         if e is None:
             return d.as_declared
@@ -283,7 +283,7 @@ class Solved(Immutable):
         return LazyMapping(self.independent_speeds, lambda u: motion.partials.get(u, Vector()))
 
     def mapped(self, change: Callable[[Expr], Expr]) -> Solved:
-        """The same with every expression that was solved for changed."""
+        """The solution with `change` applied to every solved expression."""
         return replace(
             self,
             accelerations=tuple(map(change, self.accelerations)),
@@ -295,18 +295,18 @@ class Solved(Immutable):
         )
 
     def guarded(self) -> Solved:
-        """The same with NaN where what the constraints are solved by vanishes; to be done last, when nothing cancels any more."""
+        """The solution, NaN where a divisor of the constraints vanishes; to be applied last, after all cancellation."""
         e = self.embedding
         if e is None:
             return self
         return replace(self.mapped(guarding(e.guards_in_use)), embedding=e.guarded())
 
     def written(self, roots: Iterable[Expr]) -> Exprs:
-        """What was read of `regular`, without the speeds that vanish."""
+        """Expressions of `regular`, with the vanishing speeds set to zero."""
         return tuple(map(substituting(self.vanishing), roots) if self.vanishing else roots)
 
     def _nonholonomic(self, own: Exprs, every: Exprs) -> Exprs:
-        """Those of the independent speeds, and of the auxiliary ones by what belongs to all."""
+        """Generalized forces of the independent speeds from `own`, and of the auxiliary speeds from `every`."""
         e, n = self.embedding, len(self.derived.speeds)
         if e is None:
             return every
@@ -314,7 +314,7 @@ class Solved(Immutable):
         return (*self.short([own[i] for i in e.independent]), *map(add, every[n:], e.a_na.T @ dependent))
 
     def short(self, exprs: Sequence[Expr]) -> Exprs:
-        """What holds on the constraints in the shortest of a few ways, u_D written in u_I where that is one."""
+        """Expressions on the constraints in the shortest of a few forms, some with u_D in terms of u_I."""
         e = self.embedding
         if e is None:
             return tuple(exprs)

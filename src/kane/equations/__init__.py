@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Equations of motion as users hold them: derived, read, compiled."""
+"""Layer 5: `Equations`, the result of a derivation: its readings, compiled routines, instances, and modes of contacts."""
 
 from kane.lazy_imports import offered
 

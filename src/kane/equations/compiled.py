@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The routines of equations of motion: Programs over t, x = (q, u, a), p and r, and machine code called with these.
+"""Compiled routines of equations of motion: Programs with arguments t, x = (q, u, a), p and r, and machine code called with these.
 
-Derivatives, their products and inverse dynamics are made where they are asked for. What is compiled, or derived anew, is made when
-it is first needed, and kept with the equations.
+Derivatives, products with them and inverse dynamics are compiled on request. Each routine is made when first needed and cached with
+the equations.
 """
 
 from collections import OrderedDict

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a body that stands on a plane shares its forces among its contacts, where rigid bodies do not tell it.
+"""The distribution of contact forces among several contacts of a body on a plane, which rigid bodies leave undetermined.
 
-The rows of all of its contacts follow from few that hold it, J = G B; then forces λ with Gᵀ λ = R do what the multipliers R of
-these rows do. Normal forces are the least ones with that sum and these moments (of bodies on like springs), and friction is in
-proportion to μ_s N, F_i = μ_i N_i (V + Ω × r_i), as of a body that slides on like bristles:
+The rows of all contacts are combinations of a few rows B that constrain the body, J = G B; forces λ with Gᵀ λ = R are equivalent to
+the multipliers R of those rows. Normal forces are the minimum-norm ones with that sum and those moments (as on equal springs), and
+friction is proportional to μ_s N, F_i = μ_i N_i (V + Ω × r_i), as of a body on equal bristles:
 
     N = G_n (G_nᵀ G_n)⁻¹ R_n          F = D G_t (G_tᵀ D G_t)⁻¹ R_t,    D = diag(μ_i N_i)
 
-Where these leave a cone and others do not, those are taken that are furthest within all cones, shares of one instant of (R_n, R_t)
-alone: forces grow in proportion to these. So a body slips, or tips, when no forces hold it, not when these do not. Where some contacts
-slip their friction goes with N: R follows from the shares, and others keep all accelerations.
+If these forces leave a friction cone and others do not, the forces furthest within all cones are taken, as shares of (R_n, R_t) at one
+instant, with which forces grow in proportion. A body thus slips or tips only if no admissible forces hold it. If some contacts slip,
+their friction is proportional to N: R follows from the shares, and any shares give the same accelerations.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ _APART = 0.1
 
 
 class Shares(NamedTuple):
-    """Of the multipliers of a stand's rows in N (k × r) and in F of those that stick (k_s (d − 1) × r_t).
+    """The shares of a stand's multipliers in N (k × r), and in F of the contacts that stick (k_s (d − 1) × r_t).
 
-    `margin` is how far within their cones forces can be, from 0, where the body slips or tips, to 1.
+    `margin` is the largest relative distance of forces from their friction cones, from 0, where the body slips or tips, to 1.
     """
 
     normal: Array
@@ -47,7 +47,7 @@ class Shares(NamedTuple):
 
 
 class StandRows(NamedTuple):
-    """Rows of a stand's normals (k × r) and of its slips that are none (k_s (d − 1) × r_t) in those that hold it, and who sticks.
+    """Normals (k × r) and zero slips (k_s (d − 1) × r_t) of a stand in the rows that constrain it, and the contacts that stick.
 
     `held` are the rows that hold it (r + r_t × kd); `columns` (kd × k + k_s (d − 1)) the forces λ by N of all and F of those that
     stick.
@@ -61,7 +61,7 @@ class StandRows(NamedTuple):
 
 
 def rows_of(touch: ContactsAtState, stand: Stand, modes: Modes, directions: Array) -> StandRows:
-    """Those of an instant.
+    """The rows of a stand at an instant.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def rows_of(touch: ContactsAtState, stand: Stand, modes: Modes, directions: Arra
 
 
 def shares(touch: ContactsAtState, stand: Stand, modes: Modes, rows: StandRows, forces: Array) -> Shares:
-    """Those of a stand in a mode; `forces` (kd) are some that do what those of all contacts do at this instant."""
+    """The shares of a stand in a mode; `forces` (kd) are any forces equivalent to those of all contacts at this instant."""
     d, members = touch.layout.d, list(stand.members)
     mu = touch.numbers.laws[list(rows.sticks), 0]
     normal, along = forces[[d * i for i in members]], forces[[d * i + j for i in rows.sticks for j in range(1, d)]]
@@ -123,7 +123,7 @@ def shares(touch: ContactsAtState, stand: Stand, modes: Modes, rows: StandRows, 
 
 
 def _like_springs(g: Array, stiffness: Array) -> Array:
-    """D G (Gᵀ D G)⁻¹; where a stiffness is none its force hardly counts."""
+    """D G (Gᵀ D G)⁻¹ with D = diag(stiffness), where a zero stiffness is replaced by a small one."""
     if not g.size:
         return g
     least = 1e-9 * stiffness.max(initial=0)
@@ -132,14 +132,14 @@ def _like_springs(g: Array, stiffness: Array) -> Array:
 
 
 def _led(of: Array, g: Array, forces: Array) -> Array:
-    """Shares that give forces at this instant."""
+    """Shares by which the multipliers give these forces at this instant."""
     r = g.T @ forces
     size = float(r @ r) if r.size else 0.0
     return of + np.multiply.outer(forces - of @ r, r) / size if size > 0 else of
 
 
 def _what_they_do(touch: ContactsAtState, rows: StandRows, k: int) -> Array:
-    """An orthonormal basis (rows) of what forces of a stand do: of their sums and moments, or of accelerations where some slip."""
+    """An orthonormal basis (rows) of the resultants of a stand's forces: sums and moments, or accelerations if some contacts slip."""
     if len(rows.sticks) == k:
         r = rows.normal.shape[1]
         g = np.zeros((rows.columns.shape[1], r + rows.along.shape[1]))
@@ -154,7 +154,7 @@ def _what_they_do(touch: ContactsAtState, rows: StandRows, k: int) -> Array:
 def _furthest_inside(
     touch: ContactsAtState, rows: StandRows, members: Sequence[int], mu: Array, given: Array, d: int
 ) -> tuple[Array, float] | None:
-    """Forces (N, then F) that do what those given do, |F| ≤ (1 − m) μ_s (N − m N₀), N₀ a share of the mean, and m."""
+    """Forces (N, then F) equivalent to `given` with |F| ≤ (1 − m) μ_s (N − m N₀), N₀ a share of the mean, and the largest m."""
     k, wide = len(members), d - 1
     mean = float(given[:k].mean())
     order, blocks, where = list[int](), list[tuple[int, int, int]](), {i: n for n, i in enumerate(rows.sticks)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Variables of xarray with names, units and dimensions; packages that are no requirement."""
+"""xarray variables with names, units and dimensions, and imports of optional packages."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,7 +12,7 @@ AXES = ("x", "y", "z")
 def labelled(
     xarray: Any, name: str, values: Array, first: Sequence[str], unit: str, description: str, dims: Sequence[str] = ()
 ) -> Any:
-    """Values as a Variable of xarray whose `first` dimensions are named, perhaps the others too; "axis" is that of vectors."""
+    """An xarray Variable of values; its dimensions are `first`, then `dims`, by default "axis" of vectors or numbered names."""
     n = len(first)
     usual = ["axis"] if values.shape[n:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim - n + 1)]
     rest = dims or usual
@@ -21,7 +21,7 @@ def labelled(
 
 
 def package(name: str, extra: str = "table") -> Any:
-    """A package that is no requirement, but comes with an extra.
+    """Imports an optional package, which an extra of the library installs.
 
     Raises
     ------

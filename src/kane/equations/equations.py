@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The frozen result of a derivation: each of the seven steps can be read off it; and `derive`, which makes it."""
+"""`Equations`, the frozen result of a derivation by the seven steps of Kane's method, and `derive`, which makes it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instances: what each of many motions or states starts from and is given, one number for each or one for all.
+"""Instances: the initial values, parameters and inputs of many motions or states, each one number for all or one per instance.
 
-Columns come from dicts, arrays whose leading axis counts instances, pandas' DataFrames, xarray's Datasets and designs. A number, or an
-array of one, is that of all instances; other arrays have one length, the number of instances.
+Columns are given by dicts, arrays whose first axis counts instances, pandas DataFrames, xarray Datasets, or designs of experiments.
+Numbers and arrays of length one apply to all instances; other arrays have the same length, the number of instances.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +25,9 @@ STARTS = ("q", "u", "states")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instances:
-    """`count` of them: of each kind what all have in common, as it was given, and by symbol the columns (count) that differ.
+    """`count` instances: by kind the common values, as given, and by symbol the columns (count) of values that differ.
 
-    `common` has None of a kind that is left out altogether, or of which every value differs.
+    `common` is None for a kind without values, or with columns alone.
     """
 
     count: int
@@ -35,7 +35,7 @@ class Instances:
     columns: Mapping[str, Mapping[Any, Array]]
 
     def at(self, k: int) -> dict[str, Any]:
-        """What `kn.simulate` takes of the kth one."""
+        """The arguments of `kn.simulate` for instance k."""
         result: dict[str, Any] = {}
         for kind, columns in self.columns.items():
             own = {s: float(column[k]) for s, column in columns.items()}
@@ -44,7 +44,7 @@ class Instances:
         return result
 
     def part(self, rows: range) -> "Instances":
-        """Some of them."""
+        """The instances in `rows`."""
         columns = {
             kind: {s: column[rows.start : rows.stop] for s, column in own.items()} for kind, own in self.columns.items()
         }
@@ -52,20 +52,20 @@ class Instances:
 
     @property
     def vary_inputs(self) -> bool:
-        """Whether inputs differ, themselves or by parameters that they hold."""
+        """Whether inputs differ, directly or by parameters in them."""
         laws = [v for v in (self.common["inputs"] or {}).values() if isinstance(v, Expr)]
         return bool(self.columns["inputs"]) or not set(self.columns["parameters"]).isdisjoint(free_symbols(laws))
 
     @property
     def varied(self) -> Iterator[tuple[str, Any, Array]]:
-        """Kind, symbol and values of what differs."""
+        """Kind, symbol and column of each value that differs."""
         for kind, columns in self.columns.items():
             for s, column in columns.items():
                 yield kind, s, column
 
 
 def has_columns(given: Mapping[str, Any]) -> bool:
-    """Whether values of some kind are those of many: a table, an array with a row for each, or columns among numbers."""
+    """Whether values of some kind are given per instance: as a table, as an array with a row for each, or as columns."""
     return any(map(_is_many, given.values()))
 
 
@@ -81,7 +81,7 @@ def _is_many(given: Any) -> bool:
 
 
 def instances(eom: Equations, given: Mapping[str, Any], design: Mapping[Any, Any] | None = None) -> Instances:
-    """The instances that the values of each kind, and a table of values of any of them by name, make.
+    """The instances from the values of each kind and from a design, a table with columns of any kind by name.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def instances(eom: Equations, given: Mapping[str, Any], design: Mapping[Any, Any
 
 
 def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol, ...]]:
-    """The symbols of each kind: parameters that stand in inputs alone are among the parameters."""
+    """The symbols of each kind; parameters that occur in inputs alone are among the parameters."""
     inputs = given["inputs"].values() if isinstance(given["inputs"], Mapping) else ()
     gains = [s for s in free_symbols([v for v in inputs if isinstance(v, Expr)]) if isinstance(s, Parameter)]
     return {
@@ -123,7 +123,7 @@ def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol
 
 
 def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
-    """What is given of a kind by symbol; several inputs that have one function together stay so."""
+    """The values of a kind by symbol; a tuple of inputs with one common function stays one key."""
     table = spelled_out(_WORDS[kind], symbols, table_of(given))
     if not isinstance(table, Mapping):
         table = _in_order(kind, symbols, table)
@@ -142,7 +142,7 @@ _WORDS = {"q": "coordinates", "u": "speeds", "rates": "rates, by coordinate,"} |
 
 
 def table_of(given: Any) -> Any:
-    """A DataFrame or Dataset as a dict of its columns; what else there is stays."""
+    """A DataFrame or Dataset as a dict of its columns; other values unchanged."""
     if hasattr(given, "iloc") and hasattr(given, "columns"):
         return {name: given[name] for name in given.columns}
     if hasattr(given, "data_vars"):
@@ -167,7 +167,7 @@ def _in_order(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any
 def _add_design(
     values: dict[str, dict[Any, Any]], symbols: Mapping[str, Sequence[Symbol]], table: Mapping[Any, Any]
 ) -> None:
-    """The quantities of a design join those of their kinds."""
+    """Adds the columns of a design to the values of their kinds."""
     every = [s for own in symbols.values() for s in own]
     for key, value in table.items():
         kind, s = _symbol_for(symbols, every, key)
@@ -179,7 +179,7 @@ def _add_design(
 
 
 def _symbol_for(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol], key: Any) -> tuple[str, Symbol]:
-    """The kind and the symbol that a key of a design means."""
+    """The kind and the symbol of a key of a design."""
     for kind, own in symbols.items():
         for s in own:
             if s is key or (isinstance(key, str) and s.name == key):
@@ -190,7 +190,7 @@ def _symbol_for(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol]
 
 
 def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
-    """Those of the values that are arrays. A tuple as an input is a function with its derivatives."""
+    """The columns among the values. A tuple as an input is a function with its derivatives, not a column."""
     listed = (np.ndarray, list, range) if kind == "inputs" else (np.ndarray, list, range, tuple)
     result: dict[Any, Array] = {}
     for s, value in values.items():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers.
+"""`eom.jacobian(…)`: the derivatives of the right-hand side, as expressions and as numbers at a state.
 
-Where a switch stands at zero they are those of both sides, or there are none.
+On a switching surface the derivatives are those of both sides if they agree; otherwise there are none.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from kane.numeric.scale import EQUAL
 
 
 def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:
-    """Numbers of derivatives of the right-hand side; a CornerError where two sides of a switch have others."""
+    """The values of derivatives of the right-hand side. CornerError if those of two sides of a switch differ."""
     result = np.asarray(evaluate_along(solved, matrix, *state.in_order))
     for switch, here, sides in _standing(solved, matrix, state):
         one, other = (np.asarray(evaluate_along(solved, side, *state.in_order)) for side in sides)
@@ -53,7 +53,7 @@ def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:
 def _standing(
     solved: Solved, matrix: Matrix, state: State
 ) -> Iterator[tuple[SwitchedQuantity, Any, tuple[Matrix, Matrix]]]:
-    """The switches that stand at zero, where they do, and the derivatives on both sides, those of the others on one and the other."""
+    """Switches at zero, with the entries where they are and the derivatives on both sides, for both sides of the other switches."""
     every = switches(solved.right_hand_side)
     if not every:
         return

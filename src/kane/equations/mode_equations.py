@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The modes of a system's contacts: their equations, made when first needed, and the numbers by which modes are chosen.
+"""The equations of the modes of a system's contacts, derived when first needed, and the matrices by which modes are chosen.
 
-With all rows of the contacts, J w + …, of speeds w = (u, u_a) that the auxiliary speeds of normal reactions complete,
+With the rows J w + … of all contacts, in the speeds w = (u, u_a), which include the auxiliary speeds of normal reactions,
 
     M ẇ = f + Jᵀ λ + Pᵀ μ,    P ẇ + ṗ = 0            P the constraints that always hold
     a = W λ + b               W = J H Jᵀ,  H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁺ P M⁻¹
 
-which `kane.contacts` solves for the modes. Contacts that do not press by a row of J have a normal of their own: N = size, μ = 1.
-Where the N of another contact presses, the size follows from it: problems are solved until they agree.
+which `kane.contacts` solves for the modes. A contact whose normal force is not the multiplier of a row of J has N = size, μ = 1. If
+the size depends on the N of another contact, the problems are solved repeatedly until they agree.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _ROUNDS = 100
 
 
 class ContactNumbers(NamedTuple):
-    """Gaps and the sizes of their terms (k); M, f and its terms; rows of all constraints over w, what their rates have besides.
+    """Gaps and the sizes of their terms (k); M, f and its terms; rows of all constraints in w, and the rest of their derivatives.
 
     `laws` are μ_s, μ_k and e of each contact (k × 3), `viscous` c (k).
     """
@@ -60,7 +60,7 @@ class ContactNumbers(NamedTuple):
 
 
 def in_touch(system: System) -> System:
-    """The system with the rows of all contacts, to be read, never to be solved."""
+    """The system with the rows of all contacts as constraints; it is derived but not solved."""
     gaps = [c.gap for c in system.contacts if c.gap is not None]
     slips = [v for c in system.contacts for v in c.slips]
     pressing = [
@@ -75,7 +75,7 @@ def in_touch(system: System) -> System:
 
 
 def touching(eom: Equations) -> Derived:
-    """What is derived of that system."""
+    """The derived system with the rows of all contacts."""
     d = derived(in_touch(eom.system), eom.derived.near)
     if any(x is not ZERO for x in d.blocks.coupling.entries):
         raise ModelError(
@@ -86,7 +86,7 @@ def touching(eom: Equations) -> Derived:
 
 
 def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
-    """The numbers by which modes are chosen."""
+    """The bundle of expressions whose values the choice of modes needs."""
     d, contacts, memo = eom.numeric().value(touching), eom.system.contacts, Sizes()
     blocks, rows = d.blocks, d.constraints
     gaps = [ZERO if c.gap is None else c.gap.expr for c in contacts]
@@ -110,10 +110,10 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactRows:
-    """Where a contact's rows stand: `d` rows each, its normal first. A place is a row of constraints, or −1 − (auxiliary speed).
+    """The layout of contact rows: `d` rows per contact, its normal first, each a constraint row or −1 − (auxiliary speed).
 
-    `places` (k × d) has None where a contact has no such row; `always` are those of the constraints that hold in every mode.
-    `pressed_by` is the contact that presses in the place of its own normal, or None.
+    `places` (k × d) is None for rows that a contact does not have; `always` are the constraint rows that hold in every mode.
+    `pressed_by` is the contact whose normal force stands in the place of the contact's own, or None.
     """
 
     contacts: tuple[ContactLaw, ...]
@@ -123,7 +123,7 @@ class ContactRows:
     pressed_by: tuple[int | None, ...]
 
     def together(self, closed: Iterable[int]) -> set[int]:
-        """Contacts that are closed with those that they press."""
+        """The closed contacts, with those that are pressed by them."""
         own = {i for i in closed if self.pressed_by[i] is None}
         return own | {i for i, m in enumerate(self.pressed_by) if m in own}
 
@@ -148,7 +148,7 @@ def layout(eom: Equations) -> ContactRows:
 
 
 class ContactsAtState:
-    """The contacts at an instant: W, b and v of all their rows (kd), and the change H Jᵀ p of the speeds that impulses p make."""
+    """The contacts at an instant: W, b and v of all contact rows (kd), and the changes H Jᵀ p of speeds by impulses p."""
 
     def __init__(self, where: ContactRows, numbers: ContactNumbers, u: Array) -> None:
         self.layout, self.numbers, self.width = where, numbers, len(u)
@@ -206,7 +206,7 @@ class ContactsAtState:
 
     @property
     def slip_terms(self) -> Array:
-        """Their terms (k × d − 1)."""
+        """The sizes of the terms of slips (k × d − 1)."""
         return self.velocity_terms.reshape(-1, self.layout.d)[:, 1:]
 
     @property
@@ -223,10 +223,10 @@ class ContactsAtState:
         velocities: bool = False,
         pressing: Mapping[int, float] = MappingProxyType({}),
     ) -> ContactProblem:
-        """The problem of the contacts that are closed; `sliding` (k × d − 1) are directions of slip, zero where there is none.
+        """The contact problem of closed contacts; `sliding` (k × d − 1) are unit directions of slip, zero without slip.
 
-        `friction` is μ_s of each contact (k), `pressing` the N of another contact that presses some. With `velocities` v takes the
-        place of b: the problem of impulses.
+        `friction` is μ_s of each contact (k), `pressing` the N of contacts that press others. With `velocities` v replaces b, for the
+        problem of impulses.
         """
         d, laws, places = self.layout.d, self.numbers.laws, self.places(closed)
         self._check_normals(closed)
@@ -250,7 +250,7 @@ class ContactsAtState:
         return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_, names=names)
 
     def _check_normals(self, closed: Sequence[int]) -> None:
-        """Refuse contacts whose gaps no force moves: what holds their bodies leaves them nothing but rounding, and N any size."""
+        """Raises a SimulationError for contacts whose gaps no force can move, as constraints fix their bodies and N is arbitrary."""
         d = self.layout.d
         for i in closed:
             own = slice(d * i, d * i + d)
@@ -266,7 +266,7 @@ class ContactsAtState:
     def choose(
         self, closed: Sequence[int], sliding: Array, friction: Array, before: Sequence[ContactStatus] | None = None
     ) -> ModeChoice:
-        """The modes of the contacts that are closed, `before` those until now; what presses is as large as they have it."""
+        """The modes of closed contacts, `before` the present ones, with pressing forces that agree with the solution."""
         d, place = self.layout.d, {i: n for n, i in enumerate(closed)}
         by = {i: place[m] for i, m in enumerate(self.layout.pressed_by) if m in place and i in place}
         alone = [i for i in closed if i not in by]
@@ -287,7 +287,7 @@ class ContactsAtState:
         )
 
     def held(self, closed: Sequence[int], stuck: Sequence[int], slips: Array | None = None) -> Array:
-        """The least Δu after which the gaps of these contacts have no rates, and those that are stuck no slip, or this (k × d − 1)."""
+        """The least Δu for zero gap rates of closed contacts, and slips of stuck ones that are zero or `slips` (k × d − 1)."""
         d = self.layout.d
         rows = [d * i for i in closed] + [d * i + j for i in stuck for j in range(1, d)]
         w, missing = self.mobility[np.ix_(rows, rows)], -self.velocity[rows]
@@ -296,26 +296,26 @@ class ContactsAtState:
         return self.change(rows, np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ missing)
 
     def change(self, rows: Sequence[int], impulses: Array) -> Array:
-        """Δu by impulses of these rows."""
+        """Δu due to impulses along contact rows."""
         return np.asarray(self.spread[: self.width, rows] @ impulses)
 
     def after(self, u: Array, rows: Sequence[int], impulses: Array) -> Array:
-        """The speeds u after impulses of these rows; those that they stop but for rounding are zero."""
+        """The speeds u after impulses along contact rows; speeds that become zero up to rounding are exactly zero."""
         after = u + self.change(rows, impulses)
         terms = np.abs(u) + np.abs(self.spread[: self.width, rows]) @ np.abs(impulses)
         return np.where(np.abs(after) > ROUNDED_TERMS * terms, after, 0.0)
 
     def places(self, closed: Sequence[int]) -> list[int]:
-        """The rows of these contacts."""
+        """The numbers of the rows of closed contacts."""
         return [self.layout.d * i + j for i in closed for j in range(self.layout.d)]
 
     def accelerations(self, closed: Sequence[int], forces: Array) -> tuple[Array, Array]:
-        """a = W λ + b of all rows by the forces of these contacts, and the sizes of its terms."""
+        """a = W λ + b of all rows with forces of the closed contacts, and the sizes of its terms."""
         w, (bias, terms) = self.mobility[:, self.places(closed)], self.unforced(closed)
         return w @ forces + bias, np.abs(w) @ np.abs(forces) + terms
 
     def unforced(self, closed: Sequence[int]) -> tuple[Array, Array]:
-        """b of all rows and its terms, with the viscous friction of these contacts."""
+        """b of all rows and the sizes of its terms, with the viscous friction of closed contacts."""
         places = self.places(closed)
         w, drag = self.mobility[:, places], self.drag[places]
         return self.bias + w @ drag, self.bias_terms + np.abs(w) @ np.abs(drag)
@@ -364,14 +364,14 @@ def held_together(touch: ContactsAtState, modes: Sequence[ContactMode], directio
 
 
 class _Follows(NamedTuple):
-    """A velocity of slip in a direction, or of a gap, that follows from other rows, with their shares."""
+    """A slip velocity or gap rate that is a combination of other rows, with their coefficients."""
 
     along: Array
     shares: dict[int, float]
 
 
 def _followed(touch: ContactsAtState, kept: Sequence[int], rows: Sequence[int], scale: Array) -> list[_Follows]:
-    """What follows of a gap, or of the slips of a contact, where rows that are kept hold; none of them if it is independent."""
+    """The combinations of kept rows that a gap's rate or a contact's slips follow from; empty if they are independent."""
     if not kept or not scale[list(rows)].all():
         return []
     w = touch.mobility / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
@@ -387,7 +387,7 @@ def _followed(touch: ContactsAtState, kept: Sequence[int], rows: Sequence[int], 
 
 
 def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> bool:
-    """Whether slips are those of another contact, whose rows come first."""
+    """Whether slips are those of one preceding contact."""
     for (_, shares), row in zip(following, first, strict=True):
         slips = {place: share for place, share in shares.items() if place % d}
         if set(slips) != {row} or abs(slips[row] - 1) > GIVEN:
@@ -396,7 +396,7 @@ def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> 
 
 
 def _check_stands(touch: ContactsAtState, i: int, following: Sequence[_Follows]) -> None:
-    """Refuse what follows from other rows than those of one body on one plane."""
+    """Raises a SimulationError if rows depend on others otherwise than those of one body on one plane."""
     d, contacts = touch.layout.d, touch.layout.contacts
     others = {place // d for _, shares in following for place in shares} - {i}
     c = contacts[i]
@@ -410,7 +410,7 @@ def _check_stands(touch: ContactsAtState, i: int, following: Sequence[_Follows])
 
 
 def undetermined(*contacts: ContactLaw) -> SimulationError:
-    """What is raised where rigid bodies do not tell the forces of contacts."""
+    """The error for contacts whose forces rigid bodies leave undetermined."""
     names = ", ".join(repr(c.name) for c in contacts)
     return SimulationError(
         f"Expected contacts whose forces rigid bodies determine, got {names}, whose rows follow from those of others. Leave one "
@@ -426,7 +426,7 @@ class ContactModes:
         self._made: dict[Modes, Equations] = {}
 
     def equations(self, modes: Modes, near: Mapping[Expr, float] | None = None) -> Equations:
-        """Those of a mode, by dependent speeds that suit what symbols are near to."""
+        """The equations of a mode, with dependent speeds chosen at the values `near`."""
         if modes not in self._made:
             with warnings.catch_warnings():  # a motion is there, whatever defaults of parameters say
                 warnings.filterwarnings("ignore", "Expected configuration constraints that some", KaneWarning)
@@ -437,7 +437,7 @@ class ContactModes:
 
 
 def equations_in(first: Equations, modes: Modes, partition: Partition | None) -> Equations:
-    """The equations of modes of the contacts of `first`, or these themselves, with the dependent speeds of a partition."""
+    """The equations in given modes of the contacts of `first`, with the dependent speeds of a partition; without modes `first`'s."""
     eom = first.numeric().value(ContactModes).equations(modes) if modes else first
     present = eom.embedding and eom.embedding.partition
     return eom if partition in (None, present) else repartition(eom, partition)

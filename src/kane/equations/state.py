@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`State`: the values at which equations are evaluated, solved, linearized and started."""
+"""`State`: the values of (q, u, a), parameters, inputs and time at which equations are evaluated, solved, linearized and started."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

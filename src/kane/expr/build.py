@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Builders: every node is made here, after local rewriting that costs O(1).
+"""Constructors of nodes, which apply local rewriting rules in O(1) time.
 
-What is rewritten: constants, 0 and 1, signs (outwards), x − x, like terms, x·y/y, sin² + cos², multiples of π/2 and the parity of
-functions. Nothing is ever expanded, and nothing global is done. Patterns look at a fixed number of nodes each, and build none.
+Rules fold constants, 0 and 1, move signs outwards, and simplify x − x, like terms, x·y/y, sin² + cos², multiples of π/2 and the parity
+of functions. Nothing is expanded, and no rule is global. Each pattern reads a fixed number of nodes and creates none.
 """
 
 import math
@@ -42,14 +42,14 @@ _CIRCULAR = (SIN, COS)
 
 
 def split(a: Expr) -> tuple[Expr, Expr]:
-    """A constant and the rest: a = coefficient · rest."""
+    """The numerical coefficient of a product and the rest: a = coefficient · rest."""
     if a.op is MUL and a.args[0].op is CONST:
         return a.args[0], a.args[1]
     return ONE, a
 
 
 def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
-    """a + sign·b, of which one is a product, where it is one: c x ± d x, c x y ± d x y, x (y z) ± y (x z), k sin² x + k cos² x."""
+    """a + sign·b as one product, if a pattern applies: c x ± d x, c x y ± d x y, x (y z) ± y (x z), k sin² x + k cos² x; else None."""
     if a.op is not b.op:
         (ca, ra), (cb, rb) = split(a), split(b)
         return mul(total(ca, cb, sign), ra) if ra is rb else None
@@ -68,7 +68,7 @@ def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
 
 
 def _like_products(a: Expr, b: Expr, sign: int) -> Expr | None:
-    """The sum a + sign·b of products, a number in one of them, if it is one product."""
+    """a + sign·b of two products, one with a numerical factor, as one product; None if they are not alike."""
     (ca, ra), (cb, rb) = split(a), split(b)
     if ra is rb:
         return mul(total(ca, cb, sign), ra)
@@ -80,7 +80,7 @@ def _like_products(a: Expr, b: Expr, sign: int) -> Expr | None:
 
 
 def _has_number(a: Expr) -> bool:
-    """Whether a product of two factors, one of them a product, has a number in front of that."""
+    """Whether a is a product with a factor that is a product with a numerical coefficient."""
     x, y = a.args
     return (x.op is MUL and x.args[0].op is CONST) or (y.op is MUL and y.args[0].op is CONST)
 
@@ -99,7 +99,7 @@ def _scaled_pairs(a: Expr) -> list[tuple[Expr, Expr, Expr]]:
 
 
 def same_product(a: Expr, b: Expr) -> bool:
-    """Whether x·(y·z) and y·(x·z) are at hand: the same three factors, grouped otherwise."""
+    """Whether a and b are products of the same three factors in different groupings, as x·(y·z) and y·(x·z)."""
     p, q = a.args
     r, s = b.args
     for x, y in ((p, q), (q, p)):
@@ -115,7 +115,7 @@ def same_product(a: Expr, b: Expr) -> bool:
 
 
 def sin2_cos2(a: Expr, b: Expr) -> Expr | None:
-    """k where a + b is k sin² x + k cos² x, however the factors are grouped."""
+    """k if a + b is k sin² x + k cos² x in any grouping of the factors, else None."""
     for s, k in _squares(a):
         for c, h in _squares(b):
             if k is h and s.args[0] is c.args[0] and s.op is not c.op:
@@ -140,7 +140,7 @@ def _squares(a: Expr) -> list[tuple[Expr, Expr]]:
 
 
 def quarter_turns(a: Expr) -> tuple[int, Expr, bool]:
-    """a = turns·π/2 ± rest with turns in 0…3 and − where the flag is set; turns is 0 where no multiple of π/2 is at hand."""
+    """(turns, rest, negative) with a = turns·π/2 ± rest, turns in 0…3; turns is 0 if a contains no multiple of π/2."""
     turns = _pi_halves(a)
     if turns is not None:
         return turns % 4, ZERO, False
@@ -160,7 +160,7 @@ def quarter_turns(a: Expr) -> tuple[int, Expr, bool]:
 
 
 def turns_sine(a: Expr, quarters: int) -> Number | None:
-    """sin(a + quarters · π/2) where a is a multiple of π whose sine is a fraction or a surd, else None."""
+    """sin(a + quarters · π/2) if a is a multiple of π whose sine is a fraction or a surd, else None."""
     ratio = constant_value(a.args[0]) if a.op is MUL and a.args[1] is pi else None
     if ratio is None or not isinstance(ratio, int | Fraction):  # the class of fractions takes long to tell
         return None
@@ -252,7 +252,7 @@ def sum_of(terms: Iterable[Expr]) -> Expr:
 
 
 def _rest_of_sums(a: Expr, b: Expr) -> Expr | None:
-    """a − b where one of them is a term of the other."""
+    """a − b if one of them is a term of the other, else None."""
     if a.op is ADD or a.op is SUB:
         x, y = a.args
         if x is b:
@@ -307,7 +307,7 @@ def mul(a: Expr, b: Expr) -> Expr:
 
 
 def _times_quotient(a: Expr, b: Expr) -> Expr | None:
-    """(x/b) b = x and (1/y) b = b/y, where a or b is such a quotient."""
+    """a b if a or b is a quotient that simplifies, (x/b) b = x or (1/y) b = b/y, else None."""
     if a.op is DIV:
         if a.args[1] is b:
             return a.args[0]
@@ -369,7 +369,7 @@ _SHARES = {n: constant(Fraction(1, n)) for n in range(2, 17)}
 
 
 def _over_number(a: Expr, b: Expr) -> Expr | None:
-    """a / b of a constant b where that is a product, a number or a negative."""
+    """a / b of a constant b as a product, a number or a negative; None if it stays a quotient."""
     value = number_of(b)
     if value == 0:
         raise ExpressionError(f"Division of {cut(a, 80)} by the constant 0.")
@@ -543,7 +543,7 @@ _TEXTS = {
 
 
 def accepting_numbers(name: str) -> Callable[..., Expr]:
-    """The function that users call, of expressions or numbers."""
+    """The public form of a builder, which accepts numbers as well as expressions."""
     build, arity = NODE_BUILDERS[name], OPS[name].arity
 
     def public(*args: Any) -> Expr:
@@ -560,7 +560,7 @@ _SCALARS = (Expr, int, float, Fraction, np.number)
 
 
 def operator(build: Callable[[Expr, Expr], Expr], swapped: bool = False) -> Callable[[Expr, Any], Any]:
-    """The method of an operator, or the one that Python asks of the right operand."""
+    """The method of an operator, or with `swapped` the reflected method, which Python calls on the right operand."""
     if swapped:
 
         def reflected(self: Expr, other: Any) -> Any:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Exact differentiation on the graph: forward, reverse, Jacobian, time derivative.
+"""Forward and reverse differentiation on the graph (Griewank & Walther 2008), Jacobians, time derivatives, and affine forms.
 
-Affine forms: e = Σ c_s s + r with c_s and r free of the symbols s.
+The affine form of e in symbols s is e = Σ c_s s + r with c_s and r free of the symbols.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -42,10 +42,10 @@ def partials(node: Expr) -> tuple[Expr, ...]:
 
 
 def tangent(root: Expr, seeds: Tangents, memo: dict[Expr, Expr] | None = None, *, at_rest: bool = False) -> Expr:
-    """Forward derivative: the directional derivative of `root` where each leaf changes at the rate that `seeds` gives.
+    """Forward differentiation: the directional derivative of `root` with the derivatives of leaves in `seeds`.
 
-    A `memo` shared between calls with the same seeds makes later calls cost only what is new. With `at_rest` the derivative of √s is
-    zero where that of s is, not 0/0: that of |v| v is finite at v = 0, and that of |v| the mean of all sides.
+    A `memo` shared between calls with the same seeds keeps the derivatives of common subexpressions. With `at_rest` the derivative of
+    √s is zero where that of s is, not 0/0: that of |v| v is finite at v = 0, and that of |v| the mean over all sides.
     """
     derivatives: dict[Expr, Expr] = {} if memo is None else memo
     seed = seeds if callable(seeds) else (lambda leaf: seeds.get(leaf, ZERO))
@@ -87,9 +87,9 @@ def _through(node: Expr, derivatives: Mapping[Expr, Expr]) -> Expr:
 
 
 def _chosen(node: Expr, changes: Sequence[Expr]) -> Expr:
-    """The derivative of what is chosen, that of the other left alone: it may be infinite there.
+    """The derivative of a choice: that of the chosen branch alone, as that of the other may be infinite.
 
-    Where both are equal, `max` and `min` change as their first argument does, a number if there is one: as `where(0 < x, x, 0)`.
+    If both arguments of `max` or `min` are equal, that of the first, a number if there is one, as with `where(0 < x, x, 0)`.
     """
     if node.op is WHERE:
         return where(node.args[0], changes[1], changes[2])
@@ -154,7 +154,7 @@ def gradient(root: Expr, symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
 def pullback(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[Expr]) -> tuple[Expr, ...]:
     """Reverse derivative: Σ_i weights[i] ∂roots[i]/∂symbol for every symbol, in one sweep from the roots to the leaves.
 
-    The weights are held. Partial derivatives that are infinite are multiplied whatever else does not count: see `weighted`.
+    The weights are constant. An infinite partial derivative may be multiplied by zero here; `weighted` avoids that.
     """
     order = postorder(roots)
     depends = set(symbols)
@@ -176,9 +176,9 @@ def pullback(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[E
 
 
 def weighted(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Σ_i weights[i] ∂roots[i]/∂symbol for every symbol: in one reverse sweep, or column by column where that is not exact.
+    """Σ_i weights[i] ∂roots[i]/∂symbol for every symbol: by one reverse sweep, or forwards, one symbol at a time, if that may fail.
 
-    Backwards, what a choice leaves out, or a root that vanishes where its argument has no slope, would be 0 times infinity.
+    In reverse, the branch not chosen, or a square root that vanishes where its argument has no slope, would give 0 times infinity.
     """
     if not any(node.op in _CHOICES or (node.op is SQRT and _moves(node)) for node in postorder(roots)):
         return pullback(roots, weights, symbols)
@@ -193,7 +193,7 @@ def weighted(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[E
 
 
 def _moves(node: Expr) -> bool:
-    """Whether a root may vanish along a motion."""
+    """Whether a node is a square root that may vanish during a motion."""
     return not never_zero(node.args[0]) and not all(
         isinstance(s, Parameter) for s in postorder(node.args) if isinstance(s, Symbol)
     )
@@ -265,7 +265,7 @@ def affine(root: Expr, symbols: Iterable[Expr]) -> Affine:
 def affine_forms(
     roots: Iterable[Expr], symbols: Iterable[Expr], known: dict[Expr, Affine] | None = None
 ) -> list[Affine]:
-    """`affine` of several expressions, shared subexpressions treated once; calls for the same symbols may share what is `known`."""
+    """`affine` of several expressions; `known` keeps the forms of subexpressions between calls with the same symbols."""
     wanted = list(roots)
     forms: dict[Expr, Affine] = {} if known is None else known
     if not forms:
@@ -284,7 +284,7 @@ def _combine(node: Expr, parts: list[Affine]) -> Affine:
 
 
 def combined(node: Expr, parts: list[Affine]) -> Affine | None:
-    """The form of a node from those of its arguments; None where it is not affine."""
+    """The affine form of a node from those of its arguments; None if it is not affine."""
     # A coefficient can cancel, so that a part without coefficients is its remainder, not the node it came from.
     if not any(c for c, _ in parts):
         return {}, rebuilt(node, [r for _, r in parts])

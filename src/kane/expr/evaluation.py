@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reference evaluator: the graph walked with NumPy, the meaning that every emitter must reproduce; its symbols.
+"""Evaluation of expressions: the reference evaluator with NumPy, whose results every emitter must reproduce; operation counts.
 
-A graph as a list of instructions in Python's floats: for one state, many times as quick as NumPy's scalars.
+From the second state of plain numbers on, `Walk` uses Python floats, many times as fast as NumPy scalars. Independent nodes of one
+operation form a batch, and a product read by one sum or difference alone is computed within it; each operation still rounds
+separately, so that the numbers are those of NumPy bit by bit, infinity and NaN included.
 
-Nodes of one kind that do not wait for each other stand in one batch, and a product that only one sum or difference holds is computed
-within it; each operation still rounds by itself, so that the numbers are NumPy's bit by bit, infinity and NaN included.
-
-What an evaluation costs is counted in operations, by tier and by operation.
+Operations of an evaluation are counted by tier and by operation.
 """
 
 import math
@@ -34,7 +33,7 @@ def _rounded(function: Callable[..., Any]) -> Callable[..., float]:
 
 
 def _quotient(x: float, y: float) -> float:
-    """x / y as IEEE 754 has it."""
+    """x / y by IEEE 754, with infinity and NaN for division by zero."""
     if y:
         return x / y
     return math.copysign(math.inf, x) * math.copysign(1.0, y) if x < 0 or x > 0 else math.nan
@@ -54,7 +53,7 @@ FLOAT: dict[Op, Callable[..., float]] = {
 
 
 def _know_of_floats(op: Op) -> None:
-    """One more operation."""
+    """Adds an operation to the tables for Python floats."""
     FLOAT[op] = _rounded(op.numpy)
     _BATCHES[op, False, False] = _each(FLOAT[op])
 
@@ -124,12 +123,12 @@ _BATCHES: dict[tuple[Op, bool, bool], Batch] = {
 def in_batches(
     order: Sequence[Expr], roots: Sequence[Expr], leaves: Mapping[Expr, float | None]
 ) -> Callable[[Mapping[Expr, float]], list[float]]:
-    """A function from numbers for those of `leaves` that have none to the values of `roots`.
+    """A function that maps numbers for the symbols in `leaves` to the values of `roots`.
 
     Parameters
     ----------
-    order : every node below the roots, arguments before their users
-    leaves : the nodes without arguments, and the numbers of constants
+    order : every node below the roots, in topological order
+    leaves : the nodes without arguments, with the numbers of constants and None of symbols
     """
     kinds, arguments = _kinds(order, roots)
     place = {leaf: i for i, leaf in enumerate(leaves)}
@@ -156,7 +155,7 @@ Kind = tuple[Op, bool, bool]
 
 
 def _kinds(order: Sequence[Expr], roots: Sequence[Expr]) -> tuple[dict[Expr, Kind], dict[Expr, tuple[Expr, ...]]]:
-    """What each node does, and to which nodes; products that are computed within their only user are left out."""
+    """The operation and the arguments of each node, without products that are fused into their only reader."""
     users = Counter(a for node in order for a in node.args)
     users.update(roots)
     within = {
@@ -180,9 +179,9 @@ def _kinds(order: Sequence[Expr], roots: Sequence[Expr]) -> tuple[dict[Expr, Kin
 
 
 def _batched(kinds: Mapping[Expr, Kind], arguments: Mapping[Expr, tuple[Expr, ...]]) -> list[tuple[Kind, list[Expr]]]:
-    """Batches of one kind in an order in which they can be computed.
+    """Batches of nodes with one operation, in an order of computation.
 
-    The kinds take turns; a node is computed in the first turn of its kind at which its arguments are known, if only by that batch.
+    The operations take turns; a node is in the first batch of its operation at which its arguments are known, if only by that batch.
     """
     turns = {kind: k for k, kind in enumerate(dict.fromkeys(kinds.values()))}
     turn: dict[Expr, int] = {}
@@ -200,16 +199,16 @@ _NUMPY: dict[Op, Callable[..., Any]] = {op: op.numpy for op in OPS.values() if o
 
 
 def know(op: Op) -> None:
-    """One more operation, which the table of operations does not hold."""
+    """Registers an operation that is not in the table `OPS`."""
     _NUMPY[op] = op.numpy
     _know_of_floats(op)
 
 
 class Walk:
-    """Expressions whose graph is walked again and again: all of them at once, each node once.
+    """The repeated evaluation of several expressions together, each node once per state.
 
-    The nodes are listed when it is made; from the second state of plain numbers on it goes by a list of instructions in Python's
-    floats. What is computed depends on neither.
+    The nodes are listed once; from the second state of plain numbers on a list of instructions in Python floats is used, with the same
+    results.
     """
 
     def __init__(self, roots: Iterable[Any]) -> None:
@@ -230,11 +229,11 @@ class Walk:
         return tuple(n for n in self.leaves if isinstance(n, Symbol))
 
     def missing(self, known: Mapping[Any, Any]) -> list[Symbol]:
-        """The symbols that are not among `known`."""
+        """The symbols that are not in `known`."""
         return [s for s in self.symbols if s not in known]
 
     def check(self, known: Mapping[Any, Any]) -> None:
-        """A ValueMissingError names a symbol that is not among `known`."""
+        """Raises a ValueMissingError if a symbol is not in `known`."""
         for node in self.missing(known):
             raise ValueMissingError(
                 f"Expected a value for every symbol, got none for {node} ({type(node).__name__}). Known here: "
@@ -260,7 +259,7 @@ class Walk:
             return self._through(given, FLOAT, float)
 
     def rows(self, leaves: Sequence[Expr], rows: Iterable[Sequence[float]]) -> list[list[float]]:
-        """The roots at several rows of floats for `leaves`, which hold all symbols."""
+        """The roots at several rows of floats for `leaves`, which must include all symbols."""
         places = [(s, k) for k, s in enumerate(leaves) if s in self.leaves]
         with np.errstate(all="ignore"):
             return [self._in_batches({s: row[k] for s, k in places}) for row in rows]
@@ -302,7 +301,7 @@ class Reference:
         return self.walk(dict(zip(self.leaves, values, strict=True)))
 
     def rows(self, rows: Iterable[Sequence[float]]) -> list[list[float]]:
-        """Those at several rows of floats, the same bit by bit."""
+        """The values of the roots at several rows of floats, bit by bit those of single calls."""
         return self.walk.rows(self.leaves, rows)
 
 
@@ -331,7 +330,7 @@ def evaluate(exprs: Any, values: Values) -> Any:
 
 
 def _by_symbol(symbols: Sequence[Symbol], values: Values) -> Values:
-    """The values by symbol; symbols that are not among `symbols` are let pass, their values are not needed."""
+    """The values by symbol; values of symbols that do not occur in the expressions are ignored."""
     if not isinstance(values, Mapping):
         raise ValueMissingError(f"Expected values as a dict {{symbol or name: number}}, got {cut(repr(values))}.")
     own = set(symbols)
@@ -407,7 +406,7 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> Symbols[Symbol]:
 
 
 def is_constant_in_time(exprs: Iterable[Expr]) -> bool:
-    """Whether the expressions hold parameters and numbers only."""
+    """Whether the expressions contain parameters and numbers only."""
     seen: set[Expr] = set()
     waiting = list(exprs)
     while waiting:

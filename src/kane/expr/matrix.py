@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Frozen matrices of expressions, and linear systems as straight-line code: LDLᵀ, LU with partial pivoting, inverses of sparse blocks.
+"""Frozen matrices of expressions, and symbolic linear algebra: LDLᵀ, LU with partial pivoting, inverses by irreducible blocks.
 
-What of a square matrix's rows and columns must be solved together, its irreducible blocks, is found from the entries that are not 0.
+The irreducible blocks of a square matrix are found from its structural zeros (block triangular form); the order of elimination of a
+symmetric one is that of minimum degree.
 """
 
 from __future__ import annotations
@@ -173,9 +174,9 @@ def structural_rank(rows: Rows, width: int) -> int:
 
 
 def matched_columns(rows: Rows) -> list[int]:
-    """A column for each row, no two the same, -1 where there is none left: maximum matching by augmenting paths.
+    """A maximum matching of rows and columns by augmenting paths: a different column for each row, −1 for unmatched rows.
 
-    The blocks here have a few rows; a library's matching would cost more to import than to run.
+    Matrices here have few rows; a library's matching would take longer to import than to run.
     """
     supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
     owner = _forced(supports)
@@ -188,7 +189,7 @@ def matched_columns(rows: Rows) -> list[int]:
 
 
 def _forced(supports: Sequence[Sequence[int]]) -> dict[int, int]:
-    """Rows by the only column that others leave them: all of a triangular matrix, for which augmenting paths would be long."""
+    """Rows matched to the only column left to them: all rows of a triangular matrix, whose augmenting paths would be long."""
     users: dict[int, list[int]] = {}
     for i, support in enumerate(supports):
         for c in support:
@@ -207,7 +208,7 @@ def _forced(supports: Sequence[Sequence[int]]) -> dict[int, int]:
 
 
 def _augment(supports: Sequence[Sequence[int]], owner: dict[int, int], start: int) -> None:
-    """A column for the row `start`, others moved on for it: depth first, without recursion; nothing where there is no path."""
+    """Matches row `start` by an augmenting path, found depth first without recursion; changes nothing if there is none."""
     tried: set[int] = set()
     path = [(start, iter(supports[start]))]
     taken: list[int] = []
@@ -229,7 +230,7 @@ def _augment(supports: Sequence[Sequence[int]], owner: dict[int, int], start: in
 
 
 def blocks(rows: Rows, match: list[int]) -> list[list[int]]:
-    """Rows that must be solved together: those that reach each other, each row pointing at the owners of its columns."""
+    """The irreducible blocks of rows: strongly connected components of the graph from each row to the owners of its columns."""
     owner = {c: i for i, c in enumerate(match)}
     n = len(rows)
     reach = np.eye(n, dtype=bool)
@@ -247,7 +248,7 @@ def blocks(rows: Rows, match: list[int]) -> list[list[int]]:
 
 
 def in_order(rows: Rows) -> list[tuple[list[int], list[int]]]:
-    """Rows and columns of the irreducible blocks, each after those whose unknowns its rows hold too.
+    """Rows and columns of the irreducible blocks, each after the blocks whose unknowns occur in its rows.
 
     Raises
     ------
@@ -265,7 +266,7 @@ def in_order(rows: Rows) -> list[tuple[list[int], list[int]]]:
 
 
 def _ready(supports: list[list[int]], match: list[int], waiting: list[list[int]]) -> Iterator[list[int]]:
-    """The blocks, each after those whose unknowns its rows hold too; of those that are ready the first."""
+    """The blocks in topological order, each after those whose unknowns occur in its rows; ties in the given order."""
     place = {match[i]: k for k, block in enumerate(waiting) for i in block}
     needed = [{place[c] for i in block for c in supports[i]} - {k} for k, block in enumerate(waiting)]
     users: list[list[int]] = [[] for _ in waiting]
@@ -286,7 +287,7 @@ _LARGEST_ADJUGATE = 3
 
 
 class LDL(NamedTuple):
-    """M = L D Lᵀ in an `order` of rows and columns: `lower[i][j]` for j < i, and the pivots, in that order."""
+    """The factors of M = L D Lᵀ in an `order` of rows and columns: `lower[i][j]` for j < i, and the pivots, in that order."""
 
     lower: list[list[Expr]]
     pivots: list[Expr]
@@ -301,7 +302,7 @@ class LDL(NamedTuple):
         return [div(v, d) for v, d in zip(y, self.pivots, strict=True)]
 
     def finish(self, y: Sequence[Expr]) -> list[Expr]:
-        """x with D Lᵀ x = y: what is left of M x = b after y = L⁻¹ b."""
+        """x with D Lᵀ x = y, the solution of M x = b after y = L⁻¹ b."""
         x = self.over(y)
         for i in reversed(range(len(x))):
             for j, entry in enumerate(self.lower[i]):
@@ -316,7 +317,7 @@ class LDL(NamedTuple):
 
 
 def ldl(rows: Rows, order: Sequence[int] | None = None) -> LDL:
-    """Factors of a symmetric positive definite matrix, without pivoting; of rows in their own order only the lower triangle is read.
+    """The factors of a symmetric positive definite matrix, without pivoting; without `order` only the lower triangle is read.
 
     Costs n(n−1)(n+4)/6 + … operations: each l_ij d_j is kept, so that an update is one multiplication and one subtraction.
     """
@@ -364,9 +365,9 @@ def back(upper: Rows, y: Sequence[Expr]) -> list[Expr]:
 
 
 def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
-    """Solutions of A x = b for each b in `columns`, by LU with partial pivoting done in the code itself (`where`).
+    """The solutions of A x = b for each b in `columns`, by LU with partial pivoting at run time (`where`).
 
-    Meant for small blocks whose entries' sizes are known only at run time.
+    For small blocks whose entries' sizes are known only at run time.
     """
     n = len(rows)
     work = [[*rows[i], *(b[i] for b in columns)] for i in range(n)]
@@ -409,9 +410,9 @@ class LU(NamedTuple):
 
 
 def lu(rows: Rows) -> LU:
-    """Factors of a square matrix by elimination in the order given, without pivoting.
+    """The factors of a square matrix by elimination in the given order, without pivoting.
 
-    For an order that was chosen from numbers; where a pivot comes near zero, another order must be chosen.
+    For an order chosen from numerical values; near a zero of a pivot another order must be chosen.
     """
     n = len(rows)
     upper = [list(row) for row in rows]
@@ -453,7 +454,7 @@ def solve_linear(matrix: Matrix | Sequence[Sequence[Any]], b: Sequence[Any]) -> 
 
 
 class InverseRows(NamedTuple):
-    """The inverse's rows and what its entries divide by: where one of these vanishes, there is no inverse."""
+    """The rows of an inverse, and the divisors of its entries, one of which vanishes if there is no inverse."""
 
     rows: list[list[Expr]]
     pivots: list[Expr]
@@ -522,9 +523,9 @@ def cofactor(a: Rows, i: int, j: int) -> Expr:
 
 
 def sparse_order(rows: Sequence[Sequence[Expr]]) -> list[int]:
-    """Minimum degree: next is what is tied to the fewest of those left, the first of several (Tinney & Walker 1967).
+    """The minimum-degree order of elimination of a symmetric matrix (Tinney & Walker 1967); ties keep the given order.
 
-    Branches of a tree are eliminated from their ends, without any fill; a full matrix keeps its order.
+    The mass matrix of a tree is eliminated from the tips, without fill-in; a full matrix keeps its order.
     """
     ties = [{j for j, x in enumerate(row) if j != i and x is not ZERO} for i, row in enumerate(rows)]
     left, order = list(range(len(ties))), []

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Operations that are data: polynomials in pieces, f(x) = Σ_j a_ij (x − c_i)^j on piece i.
+"""Piecewise polynomials f(x) = Σ_j a_ij (x − c_i)^j on piece i as operations of the graph, and the switching surfaces of expressions.
 
-Each is an operation of one argument with a derivative of its own kind, made once of equal data. In expressions and what is printed
-it is one function; where code is made it is written in comparisons and choices (`lowered`), which every language has. A `Table`
-interpolates data.
+Each piecewise polynomial is an operation of one argument, one object for equal data, whose derivative is another one. It is one
+function in expressions and in print; for emitted code it is rewritten in comparisons and choices (`lowered`). A `Table` interpolates
+data.
 
-A piece's end, a comparison and a choice switch where a quantity passes zero: what the quantity is, and what the expression is on
-either side of it.
+An end of a piece, a comparison or a choice is a switch: a quantity whose zeros separate two smooth forms of an expression.
 """
 
 from __future__ import annotations
@@ -36,9 +35,10 @@ _less, _where, _floor = (NODE_BUILDERS[name] for name in ("less", "where", "floo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Data:
-    """Pieces between `ends` (m − 1), each with its center c (m) and coefficients a (m × degree + 1), lowest first.
+    """Pieces separated by `ends` (m − 1), with centers c (m) and coefficients a (m × degree + 1), lowest power first.
 
-    `period` is (x₀, P): then x stands for x − P ⌊(x − x₀)/P⌋, else the outer pieces go on for ever. `corners` are where sides differ.
+    With `period` (x₀, P) x is replaced by x − P ⌊(x − x₀)/P⌋, else the outer pieces extend to infinity. `corners` are the ends at
+    which the sides differ.
     """
 
     ends: Numbers
@@ -48,14 +48,14 @@ class Data:
     corners: tuple[float, ...] = ()
 
     def digest(self) -> str:
-        """What is the same of equal data, in every process."""
+        """A hash of the data, the same in every process."""
         found = hashlib.sha256(repr((self.period, self.corners, self.coefficients.shape)).encode())
         for array in (self.ends, self.centers, self.coefficients):
             found.update(array.astype("<f8").tobytes())
         return found.hexdigest()
 
     def within(self, x: Any) -> Any:
-        """x in the first period."""
+        """x reduced to the first period."""
         if self.period is None:
             return x
         start, period = self.period
@@ -81,7 +81,7 @@ class Data:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Piecewise(Op):
-    """The operation of some data; `unit` is that of its values and `of` that of its argument, "" where they are not told."""
+    """The operation of piecewise data; `unit` is that of its values and `of` that of its argument, "" if not given."""
 
     data: Data = Data(np.zeros(0), np.zeros(1), np.zeros((1, 1)))
     unit: str = ""
@@ -109,7 +109,7 @@ def piecewise(
     order: int = 0,
     sides: tuple[Piecewise, Piecewise, Piecewise] | None = None,
 ) -> Piecewise:
-    """The one operation of this data under this label."""
+    """The operation of this data and label, one object for equal ones."""
     digest = data.digest()
     own = (digest, label, unit, of, order, None if sides is None else tuple(s.name for s in sides))
     op = _known.get(own)
@@ -162,7 +162,7 @@ def _builder(op: Piecewise) -> Callable[[Expr], Expr]:
 
 
 def lowered(roots: Iterable[Expr], memo: dict[Expr, Expr] | None = None) -> list[Expr]:
-    """The expressions with what is data written in comparisons and choices; without any of it they are as they were."""
+    """The expressions with piecewise operations rewritten in comparisons and choices; unchanged without any."""
     wanted = list(roots)
     if not any(isinstance(node.op, Piecewise) for node in postorder(wanted)):
         return wanted
@@ -193,7 +193,7 @@ def written(data: Data, x: Expr) -> Expr:
 
 
 def _picked(values: list[Expr], before: list[Expr]) -> Expr:
-    """The value of the piece that x is in: `before[i]` says that x comes before the end of piece i; by halves."""
+    """The value for the piece that contains x, by bisection; `before[i]` is the condition that x is before the end of piece i."""
     if len(values) == 1:
         return values[0]
     half = len(values) // 2
@@ -212,7 +212,7 @@ Piece = tuple[float, float, list[float]]
 
 
 def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
-    """The operation of data, and of its sides where it has corners."""
+    """The operation of data; with corners, also those of its two sides and of the quantity that changes sign there."""
     corners = corner_abscissas(data)
     if not corners:
         return piecewise(data, label, unit, of)
@@ -232,12 +232,12 @@ def corner_abscissas(data: Data) -> tuple[float, ...]:
 
 @cache
 def leaps(op: Piecewise) -> bool:
-    """Whether values differ at an end of pieces: the operation jumps there, and does not only bend."""
+    """Whether the operation is discontinuous at an end of a piece."""
     return bool(_apart(op.data).any())
 
 
 def _apart(data: Data) -> npt.NDArray[np.bool_]:
-    """At which ends the values of two pieces differ."""
+    """The ends at which the values of the adjacent pieces differ."""
     powers = np.arange(data.coefficients.shape[1])
     before, after = (
         data.coefficients[k : k + len(data.ends)]
@@ -250,7 +250,7 @@ def _apart(data: Data) -> npt.NDArray[np.bool_]:
 
 
 def _turning(data: Data) -> Data:
-    """The quantity that changes its sign at the corners."""
+    """Piecewise data that changes sign at the corners."""
     corners = list(data.corners)
     if data.period is None:
         bounds = [-np.inf, *corners, np.inf]
@@ -270,7 +270,7 @@ def _turning(data: Data) -> Data:
 
 
 def _side(data: Data, which: int) -> Data:
-    """The data on the side of + (0) or − (1), going on across the corners."""
+    """The data of the side + (0) or − (1), continued across the corners."""
     corners = list(data.corners)
     if data.period is not None:
         corners += [data.period[0] + data.period[1]] if corners[0] > data.period[0] else []
@@ -304,16 +304,16 @@ _OF_TWO = frozenset((LESS, MIN, MAX))
 
 
 class SwitchedQuantity(NamedTuple):
-    """A quantity, and the nodes that turn where it passes zero."""
+    """A quantity, and the nodes that switch where it passes zero."""
 
     quantity: Expr
     nodes: tuple[Expr, ...]
 
 
 def turning_on(node: Expr) -> tuple[Expr, bool] | None:
-    """The quantity of a switch, and whether it counts as declared or with the other sign; None of what is no switch.
+    """The quantity of a switch, and whether its sign is that of the node or the opposite; None if the node is no switch.
 
-    Of a quantity and its negative there is one, so that x < 0 and 0 < x turn on the same.
+    A quantity and its negative count as one, so that x < 0 and 0 < x have the same quantity.
     """
     if node.op is ABS or node.op is SIGN:
         c = node.args[0]
@@ -327,7 +327,7 @@ def turning_on(node: Expr) -> tuple[Expr, bool] | None:
 
 
 def switches(roots: Iterable[Expr]) -> tuple[SwitchedQuantity, ...]:
-    """The switches below `roots` by their quantities, but those whose quantity changes in jumps alone, or with parameters."""
+    """The switches in `roots` by quantity, without those whose quantity is piecewise constant or depends on parameters alone."""
     order = postorder(roots)
     varies: dict[Expr, bool] = {}
     found: dict[Expr, list[Expr]] = {}
@@ -356,7 +356,7 @@ _LESS = NODE_BUILDERS["less"]
 
 
 def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -> Expr:
-    """`root` with every switch of a quantity in `sides` replaced by what it is where that symbol is positive, or negative."""
+    """`root` with every switch of a quantity in `sides` decided by the sign of the side's symbol instead."""
 
     def replaced(node: Expr) -> Expr:
         args = tuple(memo[a] for a in node.args)
@@ -377,7 +377,7 @@ def on_either_side(
     at: Mapping[Expr, Expr],
     made: Callable[[Sequence[Expr], Mapping[Expr, Expr]], Sequence[Expr]],
 ) -> tuple[Sequence[Expr], SwitchedQuantity | None]:
-    """What is `made` of the roots at a point, and the first switch that stands there and makes another of them on its other side."""
+    """The result of `made` for the roots at a point, and the first switch at zero there whose other side gives another result."""
     standing = [s for s in switches(roots) if substituted(s.quantity, at) is ZERO]
     sides, memo = side_symbols(s.quantity for s in standing), dict[Expr, Expr]()
     either = [on_sides(root, sides, memo) for root in roots]
@@ -394,7 +394,7 @@ def on_either_side(
 
 
 def side_symbols(quantities: Iterable[Expr]) -> dict[Expr, Symbol]:
-    """A symbol for the side of each."""
+    """A symbol for the side of each quantity."""
     return {c: side_symbol(k) for k, c in enumerate(quantities)}
 
 
@@ -404,7 +404,7 @@ def side_symbol(k: int) -> Symbol:
 
 
 def on(quantities: Iterable[Expr], sides: Iterable[int]) -> Callable[[Expr], Expr]:
-    """What replaces the switches of quantities by what they are on their sides."""
+    """A function that replaces switches by their forms on the given sides (signs) of quantities."""
     symbols, memo, turned = side_symbols(quantities), dict[Expr, Expr](), dict[Expr, Expr]()
     numbers: dict[Expr, Expr] = dict(zip(symbols.values(), map(constant, sides), strict=True))
     return lambda root: substituted(on_sides(root, symbols, turned), numbers, memo)

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Divisors that may vanish: `regular(d, size)` is d, and NaN where nothing but rounding is left of it beside its size.
+"""Guards of divisors that may vanish: `regular(d, size)` is d, or NaN if |d| is within rounding of zero beside its size.
 
-It stands where d is divided by, so that what is divided by a vanished d is NaN in every language; nothing is added to what is counted
-as operations. In formulas it is not shown: it changes no value that there is.
+The guard replaces d as a divisor, so that a quotient by a vanishing d is NaN in every language. It does not count as an operation and
+is not shown in formulas.
 
-How large an expression can become: a bound by magnitudes, for the size beside which it counts as zero.
-
-|sin x| and |cos x| are at most 1, a sum is about as large as the largest of its terms, a product is as large as the sizes of its
-factors together. What is left holds parameters alone in most cases, and is free of the angles at which the expression vanishes.
-Absolute values and comparisons cost no operation.
+The size of an expression is an estimate of its largest value: |sin x| and |cos x| count as 1, a sum as its largest term, a product as
+the product of the sizes of its factors. In most cases it depends on parameters alone, not on the angles at which the expression
+vanishes. Absolute values and comparisons cost no operation.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -40,19 +38,19 @@ Sizes = dict[Expr, tuple[Expr, ...]]
 
 
 def size(e: Expr, memo: Sizes) -> Expr:
-    """The size of `e`; a `memo` shared between calls makes later ones cost only what is new."""
+    """The size of `e`; a `memo` shared between calls keeps the sizes of common subexpressions."""
     terms = fold(e, memo, lambda node: _of_node(node, [memo[a] for a in node.args]))
     return largest(terms)
 
 
 def largest(terms: Iterable[Expr]) -> Expr:
-    """The largest absolute value, 0 of none."""
+    """The largest absolute value of terms; 0 without any."""
     sizes = [x if _is_size(x) else NODE_BUILDERS["abs"](x) for x in _distinct(terms)]
     return reduce(NODE_BUILDERS["max"], sizes) if sizes else ZERO
 
 
 def _is_size(x: Expr) -> bool:
-    """Whether `x` is made of absolute values and roots by products, quotients and taking the largest."""
+    """Whether `x` consists of absolute values and roots combined by products, quotients and maxima."""
     left, met = [x], {x}
     while left:
         node = left.pop()
@@ -65,7 +63,7 @@ def _is_size(x: Expr) -> bool:
 
 
 def is_unbounded(e: Expr) -> bool:
-    """Whether more than parameters is in `e` outside of sines and cosines: there its size is no bound, but what it is at a state."""
+    """Whether `e` contains symbols other than parameters outside of sines and cosines, so that its size depends on the state."""
     met, waiting = {e}, [e]
     while waiting:
         node = waiting.pop()
@@ -79,9 +77,9 @@ def is_unbounded(e: Expr) -> bool:
 
 
 def never_zero(e: Expr) -> bool:
-    """Whether the form of `e` shows that it vanishes nowhere: numbers, and sums of terms of one sign.
+    """Whether the form of `e` shows that it is nonzero for all values: a number, or a sum of terms of one sign.
 
-    A parameter may be 0, and what is not seen here may still be so.
+    Parameters may be 0. False does not mean that `e` vanishes somewhere.
     """
     while e.op is NEG or e.op is DIV:
         e = e.args[0]
@@ -181,7 +179,7 @@ Part = Callable[[], Iterable[Expr]]
 
 
 def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after: Iterable[Expr]) -> dict[Expr, Expr]:
-    """Divisors by their sizes, and such factors of them as are left alone where the others cancel.
+    """The guards of divisors, by size, and of factors of them that remain as divisors after others cancel.
 
     Parameters
     ----------
@@ -210,13 +208,13 @@ def guards_by_parts(
 
 
 def extended(by: Guards, roots: Iterable[Expr]) -> Guards:
-    """`by` with those divisors in `roots`, by their sizes, that hold some of its own as factors."""
+    """`by` with the divisors in `roots`, and their sizes, that have a divisor of `by` as a factor."""
     memo: Sizes = {}
     return {d: size(d, memo) for d in denominators(roots) if any(f in by for f in factors(d))} | dict(by)
 
 
 def factors(divisor: Expr) -> list[Expr]:
-    """The denominator that a divisor makes, and what that is the product of."""
+    """The denominator that a divisor gives, and its factors."""
     found: dict[Expr, None] = {}
     waiting = [denominator(divisor)]
     while waiting:
@@ -228,7 +226,7 @@ def factors(divisor: Expr) -> list[Expr]:
 
 
 def denominators(roots: Iterable[Expr]) -> set[Expr]:
-    """What `roots` divide by."""
+    """The divisors in `roots`."""
     return {node.args[1] for node in nodes(roots) if node.op is DIV}
 
 
@@ -237,14 +235,14 @@ def _divided_by(roots: Iterable[Expr]) -> set[Expr]:
 
 
 def denominator(divisor: Expr) -> Expr:
-    """What x / divisor is written with as its denominator: signs are taken out, and x / (a/b) is x b / a."""
+    """The denominator in which x / divisor is written: without sign, and a of a divisor a/b, since x / (a/b) is x b / a."""
     while divisor.op is NEG or divisor.op is DIV:
         divisor = divisor.args[0]
     return divisor
 
 
 def guarding(by: Guards) -> Callable[[Expr], Expr]:
-    """Puts guards where expressions divide by what may vanish, or by its products; what expressions share is rewritten once."""
+    """A function that guards the divisors `by`, and products with them, in expressions; shared subexpressions are rewritten once."""
     known, images = set[Expr](), dict[Expr, Expr]()  # of what changes
     unchanged = images.keys().isdisjoint
 
@@ -283,7 +281,7 @@ def _alike(node: Expr, args: Sequence[Expr]) -> Expr | None:
 
 
 def unguarded(roots: Sequence[Expr]) -> Sequence[Expr]:
-    """`roots` as formulas: without guards."""
+    """`roots` without guards, as shown in formulas."""
     if not guards_below(roots):
         return roots
     images: dict[Expr, Expr] = {}
@@ -295,5 +293,5 @@ def unguarded(roots: Sequence[Expr]) -> Sequence[Expr]:
 
 
 def guards_below(roots: Iterable[Expr]) -> list[Expr]:
-    """The guards that `roots` pass through."""
+    """The guards in `roots`."""
     return [node for node in postorder(roots) if node.op is REGULAR]

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A x = b as straight-line code that holds wherever det A is not zero: no order of elimination is fixed that could fail elsewhere.
+"""Straight-line code for A x = b that is valid wherever det A is not zero, with pivots that vanish only if det A does.
 
-Elimination in the order given is kept where every pivot that it divides by, the last of an irreducible block left out, vanishes
-nowhere. Otherwise the blocks are solved one after the other: by an entry that vanishes nowhere, what is left by its adjugate up to
-three rows, and by elimination that chooses its rows at run time beyond. What must not vanish is the determinant of each block, less
-the parameters and numbers that all its terms hold (its content).
+Elimination in the given order is used if all pivots, except the last one of each irreducible block, are nonzero for all values.
+Otherwise the blocks are solved in sequence: by elimination with an entry that is nonzero for all values, then by the adjugate for up
+to three rows, and beyond by elimination with row pivoting at run time. The divisor is the determinant of each block without its
+content, the parameters and numbers common to all of its terms.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -30,7 +30,7 @@ _NOTHING: Powers = {}
 
 
 def content(exprs: Iterable[Expr], memo: Contents) -> Powers:
-    """The parameters that all of the expressions hold, to the powers that all of them do; none where all are zero."""
+    """The content of expressions: parameters common to all, with their common powers; empty if all expressions are zero."""
     common: Powers | None = None
     for e in exprs:
         common = _both(common, fold(e, memo, lambda node: _of(node, memo)))
@@ -66,7 +66,7 @@ def _both(a: Powers | None, b: Powers | None) -> Powers | None:
 
 
 def divider(memo: Contents) -> Callable[[Expr, Powers], Expr]:
-    """Divides expressions by powers that are in their content; what they share is divided once."""
+    """A function that divides expressions by powers in their content; shared subexpressions are divided once."""
     done: dict[tuple[Expr, frozenset[tuple[Expr, int]]], Expr] = {}
 
     def divided(e: Expr, by: Powers) -> Expr:
@@ -105,7 +105,7 @@ def product_of(powers: Powers) -> Expr:
 
 
 def over_number(e: Expr, divisor: Expr) -> Expr:
-    """e over a number, which goes into the terms of a sum where each has a number as a factor, so that none is added."""
+    """e divided by a number, distributed over a sum if each term has a numerical factor, so that no operation is added."""
     if e.op is NEG:
         return neg(over_number(e.args[0], divisor))
     if not _absorbs(e):
@@ -132,7 +132,7 @@ _LARGEST_ADJUGATE = 3
 
 
 class Divisor(NamedTuple):
-    """What is divided by, its size (of a quotient that of what is above), and the unknowns that do not follow where it vanishes."""
+    """A divisor, its size (of a quotient that of the numerator), and the unknowns that are undetermined where it vanishes."""
 
     value: Expr
     size: Expr
@@ -144,7 +144,7 @@ class SquareSolver(Protocol):
 
     @property
     def divisors(self) -> tuple[Divisor, ...]:
-        """What may vanish, of all that is divided by."""
+        """The divisors that may vanish."""
 
     def solve(self, b: Sequence[Expr]) -> list[Expr]:
         """x with A x = b."""
@@ -152,7 +152,7 @@ class SquareSolver(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InOrder:
-    """Elimination in the order given."""
+    """Elimination in the given order."""
 
     factors: LU
     divisors: tuple[Divisor, ...]
@@ -164,14 +164,14 @@ class InOrder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangular:
-    """Irreducible blocks one after the other, each by the rows and columns given."""
+    """Solution of the irreducible blocks in sequence, each with its rows and columns."""
 
     rows: Rows
     blocks: tuple[tuple[list[int], list[int], SquareSolver], ...]
 
     @property
     def divisors(self) -> tuple[Divisor, ...]:
-        """Those of the blocks."""
+        """The divisors of the blocks that may vanish."""
         return tuple(
             d._replace(unknowns=tuple(own[k] for k in d.unknowns)) for _, own, s in self.blocks for d in s.divisors
         )
@@ -188,7 +188,7 @@ class Triangular:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
-    """One unknown eliminated by an entry that vanishes nowhere, in `row` and `column`; the others by `rest`."""
+    """Elimination of one unknown by an entry, in `row` and `column`, that is nonzero for all values; `rest` solves for the others."""
 
     row: int
     column: int
@@ -198,7 +198,7 @@ class Eliminated:
 
     @property
     def divisors(self) -> tuple[Divisor, ...]:
-        """Those of the rest."""
+        """The divisors of `rest` that may vanish."""
         return tuple(d._replace(unknowns=tuple(k + (k >= self.column) for k in d.unknowns)) for d in self.rest.divisors)
 
     def solve(self, b: Sequence[Expr]) -> list[Expr]:
@@ -213,7 +213,7 @@ class Eliminated:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adjugate:
-    """x = adj(A) (b / det A), for a few rows; of A without the parameters that `left` rows and `right` columns hold, R A C."""
+    """x = adj(A) (b / det A), for a few rows; of R A C, A without parameters common to rows (`left`) and columns (`right`)."""
 
     adjugate: Rows
     divisor: Divisor
@@ -246,34 +246,34 @@ class Adjugate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swap:
-    """Rows `top` and `low` change places where `condition` holds."""
+    """Exchange of rows `top` and `low` if `condition` holds at run time."""
 
     top: int
     low: int
     condition: Expr
 
     def apply(self, x: list[Expr]) -> None:
-        """On one column."""
+        """Applies the step to one column, in place."""
         a, b = x[self.top], x[self.low]
         x[self.top], x[self.low] = where(self.condition, b, a), where(self.condition, a, b)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EliminationStep:
-    """`factor` times row `top` is taken from row `low`."""
+    """Subtraction of `factor` times row `top` from row `low`."""
 
     top: int
     low: int
     factor: Expr
 
     def apply(self, x: list[Expr]) -> None:
-        """On one column."""
+        """Applies the step to one column, in place."""
         x[self.low] = sub(x[self.low], mul(self.factor, x[self.top]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pivoted:
-    """Elimination that takes, at run time, of the rows left the one with the largest share of its size."""
+    """Elimination with row pivoting at run time: the pivot row is the one whose entry is largest relative to the row's size."""
 
     steps: tuple[Swap | EliminationStep, ...]
     upper: Rows
@@ -288,7 +288,7 @@ class Pivoted:
 
 
 class _Reach:
-    """Sizes of rows, made when they are read: most solvers ask for none."""
+    """The sizes of rows, computed when read, since most solvers need none."""
 
     def __init__(self, size_of: Callable[[int], Expr]) -> None:
         self._size_of = cache(size_of)
@@ -297,7 +297,7 @@ class _Reach:
         return self._size_of(i)
 
     def of(self, rows: Sequence[int]) -> "_Reach":
-        """Those of some rows."""
+        """The sizes of some rows."""
         return _Reach(lambda k: self[rows[k]])
 
 
@@ -307,7 +307,7 @@ def square(rows: Rows, reach: Callable[[int], Expr] | None = None) -> SquareSolv
     Parameters
     ----------
     rows : A
-    reach : the size of a row by its number, of entries too that stand beside A; by default that of its own entries
+    reach : the size of a row by its number, which may include entries outside A; by default that of its entries
 
     Raises
     ------
@@ -320,7 +320,7 @@ def square(rows: Rows, reach: Callable[[int], Expr] | None = None) -> SquareSolv
 
 
 def _in_given_order(rows: Rows, sizes: _Reach, memo: Sizes) -> InOrder | None:
-    """Elimination in the order given, where it divides by nothing that may vanish but the last pivots of blocks."""
+    """Elimination in the given order if only the last pivots of blocks may vanish, else None."""
     blocks = in_order(rows)
     home = {i: k for k, (block, _) in enumerate(blocks) for i in block}
     paired = all(home[i] == k for k, (_, own) in enumerate(blocks) for i in own)
@@ -341,7 +341,7 @@ def _in_given_order(rows: Rows, sizes: _Reach, memo: Sizes) -> InOrder | None:
 
 
 def _size(determinant: Expr, sizes: _Reach, rows: Sequence[int], memo: Sizes) -> Expr:
-    """The size of what is divided by; where that has no bound, such as a distance, the product of the rows' sizes, if it is larger."""
+    """The size of a divisor; if it has no bound, as a distance, the product of the rows' sizes if that is larger."""
     below = denominator(determinant)
     own = size(below, memo)
     if not is_unbounded(below):
@@ -371,7 +371,7 @@ def _block(rows: Rows, sizes: _Reach, memo: Sizes) -> SquareSolver:
 
 
 def _sure(rows: Rows) -> tuple[int, int] | None:
-    """The emptiest place of an entry that vanishes nowhere."""
+    """The entry, nonzero for all values, with the sparsest row and column; None if there is none."""
     width = [sum(x is not ZERO for x in row) - 1 for row in rows]
     height = [sum(row[j] is not ZERO for row in rows) - 1 for j in range(len(rows))]
     places = [(i, j) for i, row in enumerate(rows) for j, x in enumerate(row) if never_zero(x)]
@@ -410,7 +410,7 @@ def _is_quotient(e: Expr) -> bool:
 
 
 def _primitive(rows: Sequence[Sequence[Expr]]) -> tuple[list[list[Expr]], list[Expr]]:
-    """Rows without the parameters that all of their entries hold, and these."""
+    """Rows divided by the parameters common to their entries, and these parameters."""
     memo: Contents = {}
     divided = divider(memo)
     common = [content(row, memo) for row in rows]
@@ -446,7 +446,7 @@ def _pivoted(rows: Rows, sizes: _Reach) -> Pivoted:
 
 
 def _larger(x: Expr, x_size: Expr, y: Expr, y_size: Expr) -> Expr:
-    """Whether x has a larger share of its row's size than y."""
+    """The condition that x is larger than y relative to the sizes of their rows."""
     a, b = largest([y]), largest([x])
     if x_size is not y_size:
         a, b = mul(a, x_size), mul(b, y_size)

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The visit that differentiation, the affine forms and `substitute` share: arguments first, each node once, no recursion.
+"""Iterative traversal of the graph in topological order, each node once (`fold`), substitution, and memoization per derivation.
 
-`kn.substitute` replaces symbols, nodes or names in whatever is made of expressions, by numbers or expressions.
+`kn.substitute` replaces symbols, nodes or names in expressions, vectors, matrices and lists of them.
 
-Pure functions whose results are kept while one derivation lasts: its routes ask for the same turns and products again and again.
-
-A result depends on the arguments alone, kept or not. Nothing is kept outside of `remembering`, so that nodes live no longer for it.
+Results of pure functions marked `remembered` are cached during one derivation (`remembering`), in which formulations need the same
+changes of basis and products many times. Nothing is cached outside, so that nodes do not live longer.
 """
 
 import threading
@@ -24,9 +23,9 @@ R = TypeVar("R")
 
 
 def fold(root: Expr, values: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
-    """`values[root]`, after `values[node] = combine(node)` for every node below it that is not known yet.
+    """`values[root]`, after `values[node] = combine(node)` for every node below it without a value, in topological order.
 
-    When `combine` is called the results of the node's arguments are in `values`; what is in it at the start is not visited.
+    When `combine` is called, `values` has the results of the node's arguments. Nodes with a value at the start are not visited.
     """
     if root in values:
         return values[root]
@@ -51,14 +50,14 @@ def fold(root: Expr, values: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
 
 
 def substituted(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
-    """`root` with every key of `replacements` replaced; what does not change stays the same object."""
+    """`root` with every key of `replacements` replaced; unchanged subexpressions stay the same objects."""
     images: dict[Expr, Expr] = {} if memo is None else memo
     images.update(replacements)
     return fold(root, images, lambda node: imaged(node, images))
 
 
 def substituting(replacements: Mapping[Expr, Expr]) -> Callable[[Expr], Expr]:
-    """`substituted` with these, as a function that remembers what it has seen."""
+    """`substituted` with these replacements, as a function with a memo."""
     return partial(substituted, replacements=replacements, memo={})
 
 
@@ -68,7 +67,7 @@ def replaced_in(
     kept: Set[Expr] = frozenset(),
     order: Iterable[Expr] | None = None,
 ) -> tuple[Expr, ...]:
-    """`substituted` of several `roots`, whose nodes are listed in `order`, arguments first; what is `kept` stays as it is."""
+    """`substituted` of several `roots`, whose nodes are listed in topological `order`; nodes in `kept` are not changed."""
     given = {*kept, *replacements}
     images = {e: image for e, image in replacements.items() if image is not e and e not in kept}
     unchanged = images.keys().isdisjoint
@@ -81,7 +80,7 @@ def replaced_in(
 
 
 def imaged(node: Expr, images: Mapping[Expr, Expr]) -> Expr:
-    """The operation of `node` on the images of its arguments, `node` itself where they are its own."""
+    """The operation of `node` on the images of its arguments, `node` itself if they are its own arguments."""
     for a in node.args:
         if images[a] is not a:
             return NODE_BUILDERS[node.op.name](*[images[x] for x in node.args])
@@ -89,7 +88,7 @@ def imaged(node: Expr, images: Mapping[Expr, Expr]) -> Expr:
 
 
 def rebuilt(node: Expr, args: Sequence[Expr]) -> Expr:
-    """The operation of `node` on `args`, `node` itself where they are its own."""
+    """The operation of `node` on `args`, `node` itself if they are its own arguments."""
     for x, y in zip(args, node.args, strict=True):
         if x is not y:
             return NODE_BUILDERS[node.op.name](*args)
@@ -136,7 +135,7 @@ def substitute(what: Any, replacements: Mapping[Any, Any]) -> Any:
 
 
 def _each(what: Any, change: Any) -> Any:
-    """`change` of every expression that `what` is made of."""
+    """`what` with `change` applied to each of its expressions."""
     if isinstance(what, list | tuple):
         return type(what)([_each(x, change) for x in what])
     if hasattr(what, "map"):  # a vector, a matrix
@@ -154,7 +153,7 @@ Result = TypeVar("Result")
 
 
 class _DerivationMemo(threading.local):
-    """What the derivation of this thread has found, by function and arguments; None outside of one."""
+    """The cache of this thread's derivation, by function and arguments; None outside a derivation."""
 
     found: dict[tuple[Any, ...], Any] | None = None
 
@@ -164,7 +163,7 @@ _scope = _DerivationMemo()
 
 @contextmanager
 def remembering() -> Iterator[None]:
-    """Within, `remembered` functions of this thread compute each result once; a derivation within another shares what that one has."""
+    """A context in which `remembered` functions of this thread compute each result once; nested contexts share one cache."""
     outer = _scope.found
     if outer is None:
         _scope.found = {}
@@ -175,7 +174,7 @@ def remembering() -> Iterator[None]:
 
 
 def remembered(function: Callable[P, Result]) -> Callable[P, Result]:
-    """A pure function of arguments that never change, known by their hash and given by place; never None."""
+    """Caches a pure function during a derivation; its arguments are positional, hashable and immutable, its result not None."""
 
     def known(*args: Any) -> Any:
         table = _scope.found

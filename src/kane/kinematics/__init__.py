@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 3: generalized speeds, velocities in them, partial velocities, auxiliary speeds."""
+"""Layer 3: generalized speeds, velocities in them, partial velocities, velocity constraints, the tree of joints."""
 
 from kane.lazy_imports import offered
 

@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bases turned so that each axis of rotation is their z. Equations are written along them; what is read keeps the declared frames.
+"""Aligned bases: each axis of rotation is the z axis of a basis, as in Denavit & Hartenberg 1955. Equations are written along them.
 
-A rotation by θ about a unit vector n fixed in a frame takes nine direction cosines that change with θ. With D of D z = n it is
+A rotation by θ about a unit vector n fixed in a frame has nine direction cosines that depend on θ. If D z = n it is
 
     cos θ 1 + (1 − cos θ) n nᵀ + sin θ [n×] = D R_z(θ) Dᵀ,        D = R_z(γ) R_x(α),
 
-where Dᵀ is constant beyond the joint: offsets, inertias and the next joint's n absorb it. γ of the next joint is added to θ, so that
-only R_x(α) stands between two joints: six operations for a vector, as for R_z(θ) (Denavit & Hartenberg 1955).
+where Dᵀ is constant beyond the joint and is absorbed by offsets, inertias and the n of the next joint. γ of the next joint is added
+to θ, so that only R_x(α) is between two joints: six operations for a vector, as for R_z(θ). Results are reported in declared frames.
 
-Where parameters give the seat of an axis, γ and α are computed of them, unless the axes are parallel at their defaults: there γ has no
-derivatives. The measure numbers of n itself must be numbers; an axis with parameters keeps its direction cosines.
+If parameters direct an axis relative to the one before, γ and α are expressions of the parameters, unless the axes are parallel at
+the parameters' defaults, where γ has no derivatives. The measure numbers of n in its declared frame must be numbers; an axis given
+by parameters keeps its direction cosines.
 
-Where declared frames lie in bases that turn about their z; `aligned` says why and makes the bases.
-
-Direction cosines (3, 3) and angles are numbers, or expressions of parameters where those are not known: arrays of floats, or of
-objects. What is computed of parameters alone is computed once for given ones, so that it counts little; where axes are parallel at
-some parameters, γ is any angle, and what is left of the rotation is taken with it.
+`placed_frames` finds the aligned node and the constant direction cosines of each declared frame; `aligned_bases` makes the bases.
+Direction cosines (3, 3) and angles are arrays of floats, or arrays of expressions if they depend on parameters. Expressions of
+parameters are evaluated once per set of parameters and cost little. If axes become parallel at other values of the parameters, γ is
+arbitrary there, and the rest of the rotation, `phase`, is computed with the same γ.
 """
 
 from __future__ import annotations
@@ -55,16 +55,16 @@ from kane.tree.triples import mirrored, similar, triple
 
 Angle = float | Expr
 _APART = 1e-3
-"""The least sine of the angle between axes, at the parameters' defaults, beyond which γ may be taken of parameters."""
+"""The sine of the angle between two axes, at the parameters' defaults, above which γ is an expression of parameters."""
 
 
 def are_numbers(cosines: Array) -> bool:
-    """Whether they are known."""
+    """Whether the entries are floats, not expressions."""
     return cosines.dtype != object
 
 
 def numbers(exprs: Iterable[Expr]) -> list[float] | None:
-    """The values of expressions; None where one has symbols."""
+    """The values of constant expressions; None if one of them has symbols."""
     values = []
     for e in exprs:
         value = constant_value(e)
@@ -75,7 +75,7 @@ def numbers(exprs: Iterable[Expr]) -> list[float] | None:
 
 
 def given(rows: Cosines) -> Array:
-    """Direction cosines as an array, of floats where all are numbers."""
+    """Direction cosines as an array (3, 3), of floats if all entries are constants, else of expressions."""
     known = numbers(x for row in rows for x in row)
     return _array(rows) if known is None else np.reshape(np.array(known), (3, 3))
 
@@ -88,7 +88,7 @@ def _array(rows: Sequence[Sequence[Expr]]) -> Array:
 
 
 def times(a: Array, b: Array) -> Array:
-    """A B."""
+    """The matrix product A B, of floats or expressions."""
     if are_numbers(a) and are_numbers(b):
         return rounded_product(a, b)
     left, right = exact(a), exact(b)
@@ -97,20 +97,20 @@ def times(a: Array, b: Array) -> Array:
 
 
 def exact(cosines: Array) -> Cosines:
-    """The entries as expressions."""
+    """The direction cosines with expressions as entries."""
     a, b, c = (triple(map(as_expr, row)) for row in cosines.tolist())
     return a, b, c
 
 
 def turn_about(axis: int, angle: Angle) -> Array:
-    """Of a rotation about a basis vector."""
+    """The rotation matrix (3, 3) about basis vector `axis` by an angle."""
     if not isinstance(angle, Expr):
         return arrays.about(axis, angle)
     return turned_by(axis, cos(angle), sin(angle))
 
 
 def turned_by(axis: int, c: Expr, s: Expr) -> Array:
-    """Of a rotation about a basis vector, by cosine and sine."""
+    """The rotation matrix (3, 3) about basis vector `axis`, from cosine and sine."""
     j, k = (axis + 1) % 3, (axis + 2) % 3
     rows = [[ONE if a == b else ZERO for b in range(3)] for a in range(3)]
     rows[j][j] = rows[k][k] = c
@@ -119,7 +119,7 @@ def turned_by(axis: int, c: Expr, s: Expr) -> Array:
 
 
 def is_apart(direction: Triple) -> bool:
-    """Whether a direction lies well aside of z at the parameters' defaults."""
+    """Whether the sine of a direction's angle with z exceeds `_APART` at the parameters' defaults."""
     symbols = free_symbols(direction)
     x, y, z = (float(v) for v in evaluate(list(direction), {s: value_of(s, SEED) for s in symbols}))
     return math.hypot(x, y) > _APART * math.hypot(x, y, z)
@@ -132,7 +132,7 @@ def about_z(cosines: Array) -> Expr:
 
 
 class Leaning(NamedTuple):
-    """R_z(γ) R_x(α) as a rotation, γ, and α, which stands for its cosine and sine."""
+    """The rotation R_z(γ) R_x(α): its direction cosines, γ, and α by cosine and sine."""
 
     cosines: Array
     gamma: Expr
@@ -140,18 +140,18 @@ class Leaning(NamedTuple):
 
 
 class Alpha(NamedTuple):
-    """An angle by its cosine and sine."""
+    """An angle, represented by its cosine and sine."""
 
     c: Expr
     s: Expr
 
     def about_x(self, base: Basis) -> Orientation:
-        """The orientation of what is turned by it about x."""
+        """The orientation of a basis that is rotated by the angle about x of `base`."""
         return Orientation(base, NOTHING, axis=0, c=self.c, s=self.s, angle=BUILDERS["atan2"](self.s, self.c))
 
 
 def leaning(direction: Triple) -> Leaning:
-    """γ and α with R_z(γ) R_x(α) z = direction, a unit vector."""
+    """γ and α such that R_z(γ) R_x(α) z is `direction`, a unit vector."""
     x, y, z = direction
     across, gamma = sqrt(add(mul(x, x), mul(y, y))), BUILDERS["atan2"](x, neg(y))
     return Leaning(times(turn_about(2, gamma), turned_by(0, z, across)), gamma, Alpha(z, across))
@@ -159,10 +159,11 @@ def leaning(direction: Triple) -> Leaning:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """A basis to be made for a declared frame.
+    """The plan of an aligned basis for a declared frame.
 
-    With a seat it is turned by `angle` + `phase` about the seat's z, which is the frame's axis times `sense`. Without one it lies
-    in its base, turned by `lead`, as the frame does in its own. Without a base it is the frame itself.
+    With a seat, the basis is rotated by `angle` + `phase` about the z axis of the seat, which is the frame's axis times `sense`.
+    Without a seat, it has the declared orientation relative to a basis whose direction cosines in `base` are `lead`. Without a base
+    it is the declared frame.
     """
 
     declared: Frame
@@ -175,7 +176,7 @@ class Node:
 
 
 class RotationAxis(NamedTuple):
-    """What turns about one axis sits on: R_z(γ) R_x(α) in the node, before that is shifted."""
+    """The seat of an axis: a basis fixed in node `on`, at R_z(γ) R_x(α), whose z is the axis. γ is relative to the unshifted node."""
 
     on: Node
     gamma: Angle
@@ -183,16 +184,16 @@ class RotationAxis(NamedTuple):
 
 
 class PlacedFrame(NamedTuple):
-    """A frame in a node that it is fixed in: v along the node, before that is shifted, is `cosines` · v along the frame."""
+    """A frame fixed in a node: measure numbers along the unshifted node are `cosines` times those along the frame."""
 
     node: Node
     cosines: Array
 
 
 def placed_frames(frames: Iterable[Frame]) -> dict[Basis, PlacedFrame]:
-    """The places of frames, which come parents first; none where all turn about basis vectors.
+    """The nodes of frames, listed parents first; empty if all rotations are about basis vectors.
 
-    A limb, all that hangs on one frame of the root, stays as declared if no frame of it has a general axis or is tilted by numbers.
+    A limb is a frame fixed in the root with its descendants; it keeps the declared frames if none of them `_is_general`.
     """
     listed = tuple(frames)
     limbs = {f.lineage[-2] for f in listed if _is_general(f)}
@@ -204,7 +205,7 @@ def placed_frames(frames: Iterable[Frame]) -> dict[Basis, PlacedFrame]:
 
 
 def _placed(f: Frame, base: Node, cosines: Array) -> PlacedFrame:
-    """The place of a frame, from that of its base."""
+    """The node of a frame, from that of its base and the direction cosines in it."""
     o = f.orientation
     assert o is not None
     tilt, axis = _tilt(o), _axis(o)
@@ -216,7 +217,7 @@ def _placed(f: Frame, base: Node, cosines: Array) -> PlacedFrame:
         return _by_parameters(f, base, cosines, axis, o.angle)
     direction = rounded_product(cosines, axis[:, None])[:, 0]
     gamma, alpha = zx(direction)
-    if alpha in (0, math.pi):  # the same axis once more, or against it
+    if alpha in (0, math.pi):  # parallel to the axis before, or opposite to it
         sense = 1 if alpha == 0 else -1
         angle = o.angle if alpha == 0 else neg(o.angle)
         if base.seat is not None:
@@ -224,19 +225,19 @@ def _placed(f: Frame, base: Node, cosines: Array) -> PlacedFrame:
                 Node(f, base, seat=base.seat, angle=add(base.angle, angle), sense=sense, phase=base.phase), cosines
             )
         return PlacedFrame(Node(f, base, seat=RotationAxis(base, 0.0, 0.0), angle=angle, sense=sense), cosines)
-    if abs(gamma) > math.pi / 2:  # half a turn less, and over the other way
+    if abs(gamma) > math.pi / 2:  # (γ ∓ π, −α) is the same direction
         gamma, alpha = gamma - math.copysign(math.pi, gamma), -alpha
     node = Node(f, base, seat=RotationAxis(base, gamma, alpha), angle=o.angle)
     return PlacedFrame(node, rounded_product(rounded_product(about(2, gamma), about(0, alpha)).T, cosines))
 
 
 def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Expr) -> PlacedFrame:
-    """The place of a frame that turns about an axis which parameters direct; where it may be parallel to z, that of a node of its own.
+    """The node of a frame whose axis is directed by parameters.
 
-    γ has no derivatives by parameters there, and x no direction.
+    If the axis is parallel to z at the defaults, the node keeps the declared rotation, since γ has no derivatives by parameters there.
     """
     gamma, alpha = zx(axis)
-    own = rounded_product(about(2, gamma), about(0, alpha)).T  # the axis along z
+    own = rounded_product(about(2, gamma), about(0, alpha)).T  # takes the axis to z
     before = times(cosines, own.T)
     direction = triple(row[2] for row in exact(before))
     if not is_apart(direction):
@@ -247,7 +248,7 @@ def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Exp
 
 
 def shifts(nodes: Iterable[Node]) -> dict[Node, Angle]:
-    """What is added to a node's angle: γ of the seat on it beyond which most frames lie."""
+    """The shift added to the angle of each node that rotates: γ of the seat on it that carries most descendants."""
     beyond: dict[Node | RotationAxis, int] = {}
     for node in reversed(list(nodes)):
         for carrier in (node.base, node.seat):
@@ -261,17 +262,17 @@ def shifts(nodes: Iterable[Node]) -> dict[Node, Angle]:
     return {node: seat.gamma for node, seat in heaviest.items()}
 
 
-# What stands in numbers ---------------------------------------------------------------------------------------------------------
+# Orientations given by numbers --------------------------------------------------------------------------------------------------
 
 
 def _is_general(f: Frame) -> bool:
-    """Whether the frame lies in its base by numbers, or turns about an axis in numbers, and not about a basis vector."""
+    """Whether the frame has a constant orientation, or a rotation about a constant axis, and neither is about a basis vector."""
     o = f.orientation
     return o is not None and o.cosines is not None and (_axis(o) is not None or _tilt(o) is not None)
 
 
 def _tilt(o: Orientation) -> Array | None:
-    """The direction cosines (3, 3) where they are numbers, or given by parameters one by one."""
+    """The direction cosines (3, 3) of an orientation constant in time; None of others, and about a basis vector by parameters."""
     if o.axis is not None:
         turn = numbers([o.c, o.s])
         return None if turn is None else turned(o.axis, *turn)
@@ -280,7 +281,7 @@ def _tilt(o: Orientation) -> Array | None:
 
 
 def _axis(o: Orientation) -> Array | None:
-    """The axis (3,) of a rotation that goes on, where its measure numbers are numbers."""
+    """The unit axis (3,) of a rotation that varies in time, if its measure numbers are numbers, else None."""
     if o.angle is None or is_constant_in_time([o.angle]):
         return None
     if o.axis is not None:
@@ -291,7 +292,7 @@ def _axis(o: Orientation) -> Array | None:
 
 
 class AlignedFrame(NamedTuple):
-    """A declared frame in its basis: v along that = `cosines` · v along the frame, and ω of the frame in its base, along the basis."""
+    """A declared frame in its aligned basis: constant direction cosines, and ω of the frame in its parent, along the basis."""
 
     basis: Basis
     cosines: Array
@@ -300,13 +301,13 @@ class AlignedFrame(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Aligned:
-    """The places of the frames that equations are not written along; for each aligned basis a declared frame that is fixed in it."""
+    """The aligned bases of declared frames (`places`), and for each aligned basis a declared frame fixed in it (`owners`)."""
 
     places: Mapping[Basis, AlignedFrame]
     owners: Mapping[Basis, Basis]
 
     def rates(self, frame: Basis) -> tuple[Basis, Triple]:
-        """The basis that the frame is fixed in, and along it the angular velocity of the frame in its base."""
+        """The aligned basis of a frame, and the frame's angular velocity in its parent along that basis."""
         place = self.places.get(frame)
         if place is not None:
             return place.basis, place.rates
@@ -314,16 +315,16 @@ class Aligned:
         return frame, NOTHING if o is None else o.rates
 
     def triple(self, frame: Basis, v: Triple) -> tuple[Basis, Triple]:
-        """Measure numbers along a declared frame as those along its basis."""
+        """The aligned basis of a frame, and in it the vector with measure numbers v along the frame."""
         place = self.places.get(frame)
         return (frame, v) if place is None else (place.basis, product(exact(place.cosines), v))
 
     def vector(self, v: Vector) -> Vector:
-        """The vector along aligned bases."""
+        """The same vector, written along aligned bases."""
         return sum((Vector((self.triple(f, t),)) for f, t in v.parts), start=Vector()) if self.places else v
 
     def symmetric(self, frame: Basis, rows: Cosines) -> tuple[Basis, Cosines]:
-        """Measure numbers of a symmetric dyadic along a declared frame as those along its basis: C I Cᵀ."""
+        """The aligned basis of a frame, and in it C I Cᵀ of the symmetric dyadic with rows I along the frame."""
         place = self.places.get(frame)
         if place is None:
             return frame, rows
@@ -339,7 +340,7 @@ AS_DECLARED = Aligned({}, {})
 
 
 def aligned_bases(frames: Iterable[Frame]) -> Aligned:
-    """The aligned bases of frames, which come parents first."""
+    """The aligned bases of frames listed parents first; `AS_DECLARED` if none is needed."""
     placed = placed_frames(frames)
     if not placed:
         return AS_DECLARED
@@ -350,7 +351,7 @@ def aligned_bases(frames: Iterable[Frame]) -> Aligned:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Bases:
-    """The bases of nodes and seats as they are made, with the copies of declared frames that they share."""
+    """The bases made for nodes and seats, each once; `copies` are the fixed bases that stand for declared frames."""
 
     shifts: Mapping[Node, Angle]
     copies: dict[Basis, Basis] = field(default_factory=dict)
@@ -359,7 +360,7 @@ class _Bases:
     seats: dict[RotationAxis, Basis] = field(default_factory=dict)
 
     def place(self, frame: Basis, placed: PlacedFrame) -> AlignedFrame:
-        """Where a frame lies in the basis of its node, of which it gets a copy."""
+        """The aligned basis of a frame; records the basis that stands for the frame itself."""
         node, o, rates = placed.node, frame.orientation, NOTHING
         if node.declared is frame and o is not None:
             rates = o.rates
@@ -370,7 +371,7 @@ class _Bases:
         return AlignedFrame(self.node(node), cosines, rates)
 
     def node(self, node: Node) -> Basis:
-        """The basis of a node."""
+        """The basis of a node, made at the first call."""
         if node not in self.nodes:
             self.nodes[node] = self._made(node)
         return self.nodes[node]
@@ -387,7 +388,7 @@ class _Bases:
         return node.declared if base is o.base else self.child(node, replace(o, base=base))
 
     def seat(self, seat: RotationAxis) -> Basis:
-        """The basis about whose z frames turn."""
+        """The basis of a seat, made at the first call."""
         if seat not in self.seats:
             basis = self.node(seat.on)
             gamma = _less(seat.gamma, self.shifts.get(seat.on, 0.0))
@@ -401,30 +402,30 @@ class _Bases:
         return self.seats[seat]
 
     def cosines(self, node: Node, cosines: Array) -> Array:
-        """Direction cosines (3, 3) in the basis of a node, from those in the node before it is shifted.
+        """Direction cosines (3, 3) in the basis of a node, from those in the unshifted node.
 
-        A node that is not shifted does without its phase, which stands in them.
+        In a node without shift they include the phase, which its angle then does not have.
         """
         turn = _less(0.0, self.shifts[node]) if node in self.shifts else 0.0 if node.phase is ZERO else node.phase
         found = times(turn_about(2, turn), cosines)
         return rounded(found) if are_numbers(found) else found
 
     def fixed(self, node: Node, cosines: Array) -> Basis:
-        """The basis with these direction cosines in that of a node."""
+        """A basis with constant direction cosines in the basis of a node."""
         base = self.node(node)
         if are_numbers(cosines) and np.array_equal(cosines, np.eye(3)):
             return base
         return self.child(node, Orientation(base, NOTHING, cosines=exact(cosines)))
 
     def child(self, owner: Node, orientation: Orientation) -> Basis:
-        """A basis that the frame of `owner` is fixed in."""
+        """A new aligned basis in which the declared frame of `owner` is fixed."""
         basis = AlignedBasis(f"{owner.declared.name}^", orientation, self.copies)
         self.owners[basis] = owner.declared
         return basis
 
 
 def _less(a: Angle, b: Angle) -> Angle:
-    """a − b, a number where it is known to be one."""
+    """a − b, a float if both are floats or the difference is zero."""
     if isinstance(a, float) and isinstance(b, float):
         return a - b
     left = sub(_angle(a), _angle(b))
@@ -432,7 +433,7 @@ def _less(a: Angle, b: Angle) -> Angle:
 
 
 def _angle(value: Angle) -> Expr:
-    """An angle as an expression; quarter turns, up to rounding, as those of π."""
+    """An angle as an expression; multiples of π/2, up to rounding, are written with π."""
     if isinstance(value, Expr):
         return value
     quarters = round(value / (math.pi / 2))

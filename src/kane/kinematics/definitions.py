@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The definitions of the generalized speeds, read, checked and inverted.
+"""Generalized speeds from their definitions u = Y q̇ + z (Kane & Levinson 1985, sec. 2.12): Y and z are read, checked and inverted.
 
-Three rows of Y that are direction cosines C need no elimination, whose divisors would be 1: C⁻¹ = Cᵀ. They are those of speeds that
-measure an angular velocity, in the quasi-rates of Euler parameters, or a velocity along perpendicular axes. Where an angular velocity
-is measured along the axes that the frame turns in, ė follows without C (Kane, Likins & Levinson 1983, sec. 1.13):
+Three rows of Y that are direction cosines C need no elimination, whose divisors would be 1: C⁻¹ = Cᵀ. They belong to speeds that are
+measure numbers of an angular velocity, in the quasi-rates of Euler parameters, or of a velocity along perpendicular axes. If the
+angular velocity is measured along the axes of the frame that rotates, ė follows without C (Kane, Likins & Levinson 1983, sec. 1.13):
 
     ė0 = −½ e·Ω,   ė = ½ (e0 Ω + Ω × e)
 
-Speeds that measure the whole angular velocity of one link after the other have rows of Y that hold those of the links before. With ω
-of a link along axes fixed in the base, in the link or in the one before, three rows are
+If the speeds of each link in a chain are the measure numbers of its angular velocity in the inertial frame, rows of Y contain those
+of the preceding links. With ω of a link along axes fixed in the base, in the link or in the preceding link, three rows are
 
     u_i = D_i b_i + T u_j + q̇ …
 
-where b_i are rates of the joint's own, D_i are direction cosines of these, and T turns the measure numbers of the link before. So
-b_i = D_i⁻¹ (u_i − T u_j): W has two blocks a link. Eliminated as it stands Y fills W below its diagonal, with terms that cancel as
-axes are perpendicular, which no rewriting sees.
+where b_i are the rates of the link's own joint, D_i their direction cosines, and T rotates the measure numbers of the preceding link.
+Then b_i = D_i⁻¹ (u_i − T u_j), and W has two blocks per link. Elimination of Y as a whole would fill W below its diagonal with terms
+that cancel only because axes are perpendicular, which algebraic rewriting does not detect.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -41,7 +41,7 @@ from kane.space.attitude_formulas import cosines_of
 
 
 def generalized_speeds(system: System) -> Speeds:
-    """The speeds' definitions read, checked (affine in the rates, as many as these, independent) and inverted."""
+    """Y, z, W and X of a system's speeds. SpeedsError unless definitions are as many as the rates and independent."""
     sets = system.euler_parameters
     rates = basic_rates(system.coordinates, sets)
     euler_rates = rates_by_quasi(sets)
@@ -78,9 +78,9 @@ def _inverted(
     dense: list[list[Expr]],
     rates: list[Expr],
 ) -> tuple[dict[Expr, dict[Expr, Expr]], tuple[Expr, ...], dict[Expr, Expr]]:
-    """W_b by basic rate and speed, what it is divided by, and the rates of Euler parameters that follow from speeds outright.
+    """W_b by basic rate and speed, the pivots of the elimination, and ė of Euler parameters that follow from speeds without W.
 
-    Of rows that are direction cosines the inverse is known; what is left of Y sees units in their places. Bare rates need none.
+    Rows that are direction cosines are inverted by transposition and replaced by unit rows in the elimination of the rest of Y.
     """
     if not dense:
         return {b: {u: ONE} for u, row in zip(speeds, rows, strict=True) for b in row}, (), {}
@@ -118,7 +118,7 @@ def _definitions(
     system: System, rates: list[Expr], euler_rates: dict[Expr, Expr]
 ) -> tuple[list[dict[Expr, Expr]], list[Expr]]:
     basic = set(rates)
-    told: list[Expr] = []
+    exprs: list[Expr] = []
     for u, definition in system.speeds.items():
         e = substituted(definition, euler_rates) if euler_rates else definition
         for s in free_symbols([e]):
@@ -128,8 +128,8 @@ def _definitions(
                     "system depends on that coordinate. Is a body missing from bodies=? Only what bodies and loads need is part of a "
                     "System."
                 )
-        told.append(e)
-    forms = affine_forms(told, rates)  # the system has seen that they are affine
+        exprs.append(e)
+    forms = affine_forms(exprs, rates)  # `System` has checked that they are affine
     return [row for row, _ in forms], [rest for _, rest in forms]
 
 
@@ -174,7 +174,7 @@ def _check_rank(system: System, speeds: tuple[Speed, ...], dense: list[list[Expr
 
 
 def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
-    """Rates that meet in a row belong to one group."""
+    """The number of each rate's group: rates in one row belong to one group."""
     group = {b: i for i, b in enumerate(rates)}
     for row in rows:
         joined = {group[b] for b in row}
@@ -187,11 +187,11 @@ def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
 # Rows that are direction cosines ------------------------------------------------------------------------------------
 
 _AXES = 3
-"""Measure numbers of a vector."""
+"""The number of measure numbers of a vector."""
 
 
 class CosineRows(NamedTuple):
-    """Three rows of Y that are direction cosines between rates, by their places, the rates, and the entries."""
+    """Three rows of Y that are direction cosines: their indices (`places`), the rates of their columns, and the entries (3, 3)."""
 
     places: tuple[int, ...]
     rates: tuple[Expr, ...]
@@ -199,7 +199,7 @@ class CosineRows(NamedTuple):
 
 
 def _cosine_rows(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerParameters]) -> CosineRows | None:
-    """The rows that hold some rates; None where they are not as many, hold others too, or C Cᵀ ≠ 1 at unit Euler parameters."""
+    """The rows with any of `rates`; None if they are not as many, contain other rates, or C Cᵀ ≠ 1 at sampled values."""
     own = set(rates)
     places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
     if len(places) != len(rates) or not all(own.issuperset(rows[i]) for i in places):
@@ -213,20 +213,20 @@ def _cosine_rows(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[Eule
 
 
 def turned(group: EulerParameters, rows: Sequence[Row]) -> CosineRows | None:
-    """The rows of the quasi-rates of a set of Euler parameters, which depend on these alone."""
+    """The rows of the quasi-rates of a set of Euler parameters, if they are direction cosines of these parameters alone, else None."""
     found = _cosine_rows(rows, group.quasi, [group])
     return found if found and set(free_symbols(found.cosines.entries)) <= set(group.coordinates) else None
 
 
 def cosine_blocks(rows: Sequence[Row], sets: Sequence[EulerParameters]) -> list[CosineRows]:
-    """The rows of speeds that measure a velocity along perpendicular axes which turn: v along a body, by ẋ, ẏ, ż."""
+    """The rows of speeds that are measure numbers of a velocity along rotating perpendicular axes, as v along a body by ẋ, ẏ, ż."""
     supports = {frozenset(row): tuple(row) for row in rows if len(row) == _AXES}
     found = [_cosine_rows(rows, support, sets) for support in supports.values()]
     return [block for block in found if block and free_symbols(block.cosines.entries)]
 
 
 def _along(group: EulerParameters, found: CosineRows) -> tuple[int, ...] | None:
-    """The places of the rows along the axes of the frame that a set turns in, in their order; None where they are others."""
+    """The indices of the rows along the x, y, z axes of the frame relative to which a set rotates; None if they are along others."""
     whole = Matrix(cosines_of(np.array(group.coordinates, dtype=object), unit=True))
     numbers = _values([*found.cosines.rows, *whole.rows], [group])
     axes = [
@@ -239,7 +239,7 @@ def _along(group: EulerParameters, found: CosineRows) -> tuple[int, ...] | None:
 
 
 def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
-    """ė from the angular velocity along the axes that the frame turns in."""
+    """ė from the angular velocity w along the axes of the frame relative to which the set rotates."""
     e0, *e = group.coordinates
     half = constant(0.5)
     first = neg(mul(half, add(add(mul(e[0], w[0]), mul(e[1], w[1])), mul(e[2], w[2]))))
@@ -252,20 +252,20 @@ def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
 
 
 class Chained(NamedTuple):
-    """The rows of Y without what they hold of other speeds' rows, and T by the numbers of these."""
+    """The rows D_i of Y without the parts T u_j of preceding links, and the entries of T by the index j of the speed."""
 
     rows: list[dict[Expr, Expr]]
     shares: list[dict[int, Expr]]
 
     def beyond(self, i: int, speeds: Sequence[Expr], z: Sequence[Expr]) -> Expr:
-        """D b of a row, (u − z) less what it has of other speeds."""
+        """D b of row i: u_i − z_i − Σ T_ij (u_j − z_j)."""
         total = sub(speeds[i], z[i])
         for j, c in self.shares[i].items():
             total = sub(total, mul(c, sub(speeds[j], z[j])))
         return total
 
     def whole(self, inverse: Mapping[Expr, Row], speeds: Sequence[Expr]) -> dict[Expr, dict[Expr, Expr]]:
-        """W by rate and speed, from that of the rows apart."""
+        """W by rate and speed, from the inverse of the separated rows."""
         shares = {speeds[i]: {speeds[j]: c for j, c in own.items()} for i, own in enumerate(self.shares) if own}
         if not shares:
             return {b: dict(row) for b, row in inverse.items()}
@@ -280,7 +280,7 @@ class Chained(NamedTuple):
 
 
 def chained(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerParameters]) -> Chained:
-    """The rows apart; those that are no such sums stay whole."""
+    """The rows of Y separated by link; rows without the form D_i b_i + T u_j + q̇ … are unchanged."""
     result = Chained([dict(row) for row in rows], [{} for _ in rows])
     if not any(len(row) > _AXES for row in rows):
         return result
@@ -313,7 +313,7 @@ def chained(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerPara
 
 
 def _by_set(irreducible: Sequence[list[int]], own: Sequence[Expr], sets: Sequence[EulerParameters]) -> list[list[int]]:
-    """The blocks, those of the quasi-rates of one set of Euler parameters together; `own` are the rates that rows give."""
+    """The blocks, with those of one set of Euler parameters merged; `own` is the rate matched to each row."""
     whole: dict[Expr, int] = {w: k for k, group in enumerate(sets) for w in group.quasi}
     found: dict[object, list[int]] = {}
     for number, block in enumerate(irreducible):
@@ -323,7 +323,7 @@ def _by_set(irreducible: Sequence[list[int]], own: Sequence[Expr], sets: Sequenc
 
 
 def _equal(left: Sequence[Row], rows: Sequence[Row], block: Sequence[int]) -> list[dict[int, Expr]] | None:
-    """T where what is left of each row is another row."""
+    """T if the remainder of each row equals another row, else None."""
     places = {frozenset(rows[i].items()): i for i in block}
     found = [places.get(frozenset(row.items())) for row in left]
     return None if None in found else [{i: ONE} for i in found if i is not None]
@@ -332,7 +332,10 @@ def _equal(left: Sequence[Row], rows: Sequence[Row], block: Sequence[int]) -> li
 def _turned_before(
     left: Sequence[Row], rows: Sequence[Row], block: Sequence[int], own: Iterable[Expr], sets: Sequence[EulerParameters]
 ) -> list[dict[int, Expr]] | None:
-    """T = P Dᵀ of what is left, P of the rates `own` of the rows before, where D Dᵀ = 1 and nothing else is left."""
+    """T = P Dᵀ, where P and D are the columns of rates `own` in the remainders and in the rows of the preceding link.
+
+    None unless, at sampled values, D Dᵀ = 1 and T times those rows is the whole remainder.
+    """
     columns = sorted({b for i in block for b in rows[i]} | {b for row in left for b in row}, key=lambda b: b.key)
     y = [[rows[i].get(b, ZERO) for b in columns] for i in block]
     p = [[row.get(b, ZERO) for b in columns] for row in left]
@@ -357,7 +360,7 @@ def _turned_before(
 
 
 def _values(rows: Sequence[Sequence[Expr]], sets: Sequence[EulerParameters]) -> Array:
-    """Values (rows × columns × samples), Euler parameters being those of rotations."""
+    """Sampled values (rows × columns × samples); Euler parameters have unit length."""
     walk = Walk([x for row in rows for x in row])
     groups = [group.coordinates for group in sets]
     drawn = dict.fromkeys((*walk.symbols, *(e for group in groups for e in group)))
@@ -367,6 +370,6 @@ def _values(rows: Sequence[Sequence[Expr]], sets: Sequence[EulerParameters]) -> 
 
 
 def _off_unit(d: Array) -> float:
-    """How far D Dᵀ is from 1 at some of several samples."""
+    """The largest entry of |D Dᵀ − 1| over the samples of D (3 × n × samples)."""
     gram = np.einsum("ik...,jk...->ij...", d, d)
     return float(np.abs(gram - np.eye(len(d))[..., None]).max())

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joint speeds: what a joint turns and slides by, in the generalized speeds or in the rates of coordinates.
+"""Joint speeds and motion subspaces (Featherstone 2008, ch. 3), and u̇ from the rates λ of joint speeds.
 
-u̇ from joint accelerations, whose rows are in generalized speeds or in rates of coordinates.
-
-Rows in which one unknown is left, with a constant beside it, give it, one after the other. Speeds u = Y q̇ + z that are in none of them
-follow from their definitions, u̇ = Y q̈ + Ẏ q̇ + ż, which divide by nothing; of joints by speeds of their own q̈ = W u̇ + Ẇ u + Ẋ.
+A joint speed is a linear form, its row, in generalized speeds (Σ c u̇ = λ) or in rates of coordinates (Σ c q̈ = λ). The rows are
+solved by substitution: a row with one unknown left, whose coefficient is constant in time, gives that unknown. Speeds that are in no
+row follow from their definitions without division, u̇ = Y q̈ + Ẏ q̇ + ż, and rates that are in none from q̈ = W u̇ + Ẇ u + Ẋ.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -22,17 +21,16 @@ from kane.tree.triples import is_zero, triple
 
 
 class Unsuited(Exception):
-    """What no recursion of this kind expresses, as its text says; another route does."""
+    """Raised if recursions along a tree of this kind cannot express the system; the text says why. Another formulation is used."""
 
 
 _SPEEDS = "speeds that are no constant combinations of those of the joints"
 
 
 class Freedom(NamedTuple):
-    """A joint speed: what it adds to ω or to ṙ, and its row in the generalized speeds, or in the rates of coordinates.
+    """A joint speed: its `axis` in ω or in ṙ, and its row in generalized speeds or in rates of coordinates.
 
-    λ, what the axis is taken with in α or in the acceleration, is Σ c u̇ of a row in speeds, Σ c q̈ of one in rates. What turns may
-    `slide` by the same, as a screw does: that much is added to ṙ, along A.
+    Its rate λ, the coefficient of the axis in α or in the acceleration, is Σ c u̇ or Σ c q̈. A screw also adds `slide` to ṙ, along A.
     """
 
     axis: Triple
@@ -42,9 +40,9 @@ class Freedom(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shift:
-    """A slide or a turn: freedoms, what ṙ or ω is in speeds, `total` of `forms`, and what their rates are beside λ, `drift`.
+    """A slide or a rotation of a joint: joint speeds, ṙ or ω (`total`) with its `forms` in speeds, and the λ-free part of its rate.
 
-    `shared` are those by rates that move other segments, too, with the rate of each.
+    `shared` are the rates that move other segments too, each with its axis.
     """
 
     freedoms: tuple[Freedom, ...] = ()
@@ -55,9 +53,10 @@ class Shift:
 
 
 class Forms(NamedTuple):
-    """What a stage makes of rates: in speeds, and in these rates; whether each has one speed that is `new` along the tree.
+    """The three measure numbers of a slide or a rotation, as forms in speeds and in rates.
 
-    `shared` are the rows in rates by which other segments move, too, if there are any.
+    `is_new` if each form has its own speed, with a constant coefficient, that moves no preceding segment. `shared` are the parts of
+    the rows in rates that move other segments too; empty if there are none.
     """
 
     forms: tuple[ScalarForm, ...]
@@ -67,12 +66,12 @@ class Forms(NamedTuple):
 
     @property
     def by_speeds(self) -> list[tuple[int, Row]]:
-        """The rows in speeds, by axis."""
+        """The nonzero rows in speeds, with the number of the axis."""
         return [(k, form.coefficients) for k, form in enumerate(self.forms) if form.coefficients]
 
     @property
     def by_rates(self) -> list[tuple[int, Row]]:
-        """The rows in rates, by axis, without those that are shared."""
+        """The nonzero rows in rates, with the number of the axis, without shared rates."""
         rows = [row for row, _ in self.rates]
         for k, shared in enumerate(self.shared):
             rows[k] = {s: c for s, c in rows[k].items() if s not in shared}
@@ -80,14 +79,14 @@ class Forms(NamedTuple):
 
 
 class Stages:
-    """Forms of what moves, and the freedoms that they have once all of them are known; the rates `shared` are those of none alone."""
+    """Makes the forms of all slides and rotations, then their joint speeds; rates in `shared` may move several segments."""
 
     def __init__(self, kinematics: Kinematics, shared: Collection[Expr] = ()) -> None:
         self.kinematics, self.shared = kinematics, frozenset(shared)
         self.users: dict[Expr, int] = {}
 
     def raw(self, rates: Triple) -> Forms | None:
-        """The forms of what changes with these rates, None of nothing."""
+        """The forms of a motion with these measure numbers; None if they are zero."""
         if is_zero(rates):
             return None
         speeds = self.kinematics.speeds
@@ -100,13 +99,16 @@ class Stages:
         return Forms(forms, affine, len(firsts) == len(new), own if any(own) else ())
 
     def take(self, *raw: Forms | None) -> None:
-        """What a segment moves by."""
+        """Counts the speeds and rates that move a segment."""
         rows = [row for r in raw if r is not None for _, row in (*r.by_speeds, *r.by_rates)]
         for s in dict.fromkeys(s for row in rows for s in row):
             self.users[s] = self.users.get(s, 0) + 1
 
     def stage(self, raw: Forms | None, by_rates: bool) -> Shift:
-        """The freedoms of forms: one an axis, or one a speed or a rate that nothing else moves by; of rates where asked for."""
+        """The joint speeds of forms: one per axis, or one per speed or rate that moves nothing else. Unsuited if there are none.
+
+        Their rows are in rates of coordinates if `by_rates`.
+        """
         if raw is None:
             return Shift()
         total = triple(form.total() for form in raw.forms)
@@ -119,7 +121,7 @@ class Stages:
         return Shift(freedoms, total, triple(map(self._swing, raw.rates)), raw.forms, _shared(raw))
 
     def coupled(self, spin: Forms, slide: Forms) -> tuple[Shift, Shift]:
-        """A turn and a slide by the same rates, which the turn has."""
+        """A rotation and a slide by the same rates, as of a screw; the joint speeds belong to the rotation."""
         turns, slides = (self._columns(raw.by_rates) for raw in (spin, slide))
         if turns is None or slides is None:
             raise Unsuited(_SPEEDS)
@@ -142,7 +144,7 @@ class Stages:
         return self._columns(rows)
 
     def _columns(self, rows: Sequence[tuple[int, Row]]) -> tuple[Freedom, ...] | None:
-        """One a speed, or a rate, that nothing else moves by."""
+        """One joint speed per speed or rate; None if one of these moves something else too."""
         columns: dict[Expr, list[Expr]] = {}
         for k, row in rows:
             for s, c in row.items():
@@ -161,7 +163,7 @@ class Stages:
 
 
 def _shared(raw: Forms) -> tuple[tuple[Expr, Triple], ...]:
-    """What rates that are shared add, each."""
+    """Each shared rate with its axis."""
     rates = dict.fromkeys(s for row in raw.shared for s in row)
     return tuple((s, (a, b, c)) for s in rates for a, b, c in [[row.get(s, ZERO) for row in raw.shared]])
 
@@ -179,25 +181,25 @@ def _is_single(rows: Sequence[tuple[int, Row]]) -> bool:
 
 
 def are_coupled(a: Forms | None, b: Forms | None) -> bool:
-    """Whether two move by one rate."""
+    """Whether two motions have a rate in common."""
     if a is None or b is None:
         return False
     return not {s for _, row in a.by_rates for s in row}.isdisjoint(s for _, row in b.by_rates for s in row)
 
 
 def is_single(raw: Forms) -> bool:
-    """Whether each form is of one speed, and no two of the same, that moves nothing else."""
+    """Whether each form has one speed, different from those of the others, and no rate is shared."""
     return not raw.shared and _is_single(raw.by_speeds)
 
 
 _NOT_ALL = "speeds that are no constant combinations of those of the joints, or coordinates that several joints share"
 
 Stagewise = Callable[[int, bool], Sequence[Freedom]]
-"""The freedoms of a stage, by rates or not."""
+"""The joint speeds of a slide or rotation by its number; their rows are in rates if the flag is true."""
 
 
 def by_rates(stages: int, freedoms: Stagewise, speeds: Speeds) -> set[int]:
-    """The stages that move by rates of coordinates, as their freedoms in speeds do not give all u̇; Unsuited where none do."""
+    """The stages whose joint speeds must have rows in rates of coordinates, so that all u̇ follow. Unsuited if they never do."""
     chosen: set[int] = set()
     while True:
         own = [freedoms(k, k in chosen) for k in range(stages)]
@@ -214,7 +216,7 @@ def by_rates(stages: int, freedoms: Stagewise, speeds: Speeds) -> set[int]:
 
 
 def resolved(rows: Iterable[tuple[Row, Expr]], kinematics: Kinematics) -> dict[Expr, Expr]:
-    """u̇ by speed, of Σ c u̇ = λ and Σ c q̈ = λ."""
+    """u̇ by speed, from pairs (row, λ) with Σ c u̇ = λ or Σ c q̈ = λ."""
     known, speeds = list(rows), kinematics.speeds
     found: dict[Expr, Expr] = {}
     for number, s in _order([row for row, _ in known]):
@@ -230,7 +232,7 @@ def resolved(rows: Iterable[tuple[Row, Expr]], kinematics: Kinematics) -> dict[E
 
 
 def transposed(row: Row, rows: Sequence[Row], speeds: Speeds) -> dict[int, Expr]:
-    """Σ a u̇ of a row in λ: what of each λ it has, by the number of its row; the generalized forces of λ that those of u̇ are."""
+    """The coefficients of λ in Σ a u̇, by the number of the row of λ; also, forces `row` on u as forces on the joint speeds."""
     order = _order(rows)
     given, taken = {s for _, s in order}, dict[Expr, Expr]()
 
@@ -261,7 +263,7 @@ def transposed(row: Row, rows: Sequence[Row], speeds: Speeds) -> dict[int, Expr]
 
 
 def _defined(row: Row, z: Expr, found: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr:
-    """Y q̈ + Ẏ q̇ + ż."""
+    """u̇ = Y q̈ + Ẏ q̇ + ż of a speed with this row of Y and this z."""
     drift, form = kinematics.drift, kinematics.speeds.form
     value = drift(z)
     for b, c in row.items():
@@ -270,7 +272,7 @@ def _defined(row: Row, z: Expr, found: Mapping[Expr, Expr], kinematics: Kinemati
 
 
 def changed(s: Expr, u_dot: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr:
-    """What is known of u̇ or q̈; q̈ of another rate, d/dt (W u + X)."""
+    """The derivative of a speed or rate: its value in `u_dot`, else, of a rate, q̈ = d/dt (W u + X)."""
     if s in u_dot:
         return u_dot[s]
     form = kinematics.speeds.form({s: ONE})
@@ -281,7 +283,7 @@ def changed(s: Expr, u_dot: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr
 
 
 def _order(rows: Sequence[Row]) -> list[tuple[int, Expr]]:
-    """Rows with what each of them gives, in an order in which the rest of each is known."""
+    """Pairs (row number, unknown solved from it), in an order such that the row's other unknowns are known."""
     left = [dict.fromkeys(row) for row in rows]
     users: dict[Expr, list[int]] = {}
     for k, row in enumerate(rows):
@@ -293,7 +295,7 @@ def _order(rows: Sequence[Row]) -> list[tuple[int, Expr]]:
     while ready:
         after: list[int] = []
         for k in ready:
-            if len(left[k]) != 1:  # another has given it
+            if len(left[k]) != 1:  # another row has given its unknown
                 continue
             (s,) = left[k]
             if not is_constant_in_time([rows[k][s]]):
@@ -309,7 +311,7 @@ def _order(rows: Sequence[Row]) -> list[tuple[int, Expr]]:
 
 
 def _missing(rows: Sequence[Row], speeds: Speeds) -> set[Expr]:
-    """The speeds whose u̇ does not follow, with the others and the rates that their definitions and left rows hold."""
+    """The speeds whose u̇ does not follow from the rows, with the speeds and rates in their definitions and in unused rows."""
     order = _order(rows)
     found = {s for _, s in order}
     used = {k for k, _ in order}

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A system as a tree of links: what moves as one, in its parent by a joint, however frames and points were declared.
+"""The kinematic tree of a system: links and joints found from declared frames and points (Featherstone 2008, ch. 4).
 
-A link begins where something turns or slides in the link before: at an origin, with an aligned basis. Its joint is a translation of
-the origin in the parent, `offset`, and the rotation of the basis in the parent's. Both are along aligned bases, so that constant
-rotations stand in these (`aligned`); neither speaks of coordinates alone, which several joints may share (absolute angles).
+A link is a set of frames and points without relative motion. It has an origin and an aligned basis, and its joint is the translation
+`offset` of the origin in the parent and the rotation of the basis relative to the parent's. Both are written along aligned bases,
+which contain the constant rotations (`aligned`). A coordinate may occur in several joints (absolute angles).
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -24,7 +24,7 @@ from kane.space.vector import Parts, Vector, angular_velocity
 
 
 class Carried(NamedTuple):
-    """A part of a body, and its mass centre from the link's origin."""
+    """A part of a body, and the position `arm` of its mass centre from the link's origin."""
 
     part: Part
     arm: Vector
@@ -32,10 +32,11 @@ class Carried(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """What moves as one.
+    """A link of the tree and its joint.
 
-    `parent` is the number of the link before, None for the ground. `offset` leads from the parent's origin to this one's, `rotation`
-    is the angular velocity in the parent, in rates, those of Euler parameters as quasi-rates. `joint` is the declared one, if it is.
+    `parent` is the number of the parent link, None for the ground. `offset` is the position of the origin from the parent's origin,
+    `rotation` the angular velocity relative to the parent, in rates, with quasi-rates of Euler parameters. `joint` is the declared
+    joint; None if the motion was declared by frames and points alone.
     """
 
     basis: Basis
@@ -47,18 +48,18 @@ class Link:
 
     @property
     def rates(self) -> set[Symbol]:
-        """The rates that it moves by in the link before."""
+        """The rates of the joint."""
         return _rates((*self.rotation.scalars(), *self.offset.map(time_derivative).scalars()))
 
     def twists(self, rates: Iterable[Expr]) -> dict[Expr, Twist]:
-        """The joint's basis of motion: what each rate that it has adds to ω and to the velocity of the origin, seen in the parent."""
+        """The motion subspace of the joint: for each of `rates`, its coefficient in ω and in the origin's velocity, in the parent."""
         wanted = tuple(rates)
         turns, slides = partials_of(self.rotation, wanted), partials_of(self.offset.map(time_derivative), wanted)
         return {rate: Twist(turns.get(rate, Vector()), slides.get(rate, Vector())) for rate in {**turns, **slides}}
 
 
 def partials_of(v: Vector, rates: Collection[Expr]) -> dict[Expr, Vector]:
-    """What each rate that a vector holds, affine in them, is multiplied by."""
+    """The coefficient of each rate in a vector affine in rates; rates that do not occur are left out."""
     result: dict[Expr, Vector] = {}
     for frame, numbers in v.parts:
         forms = [form for form, _ in affine_forms(numbers, rates)]
@@ -70,14 +71,14 @@ def partials_of(v: Vector, rates: Collection[Expr]) -> dict[Expr, Vector]:
 
 
 class Tree(NamedTuple):
-    """The links, parents first, the ground first of all; and where points are that were asked for: a link, and the arm in it."""
+    """The links, parents first, number 0 the ground; `places` gives the link and the position in it of points asked for."""
 
     links: tuple[Link, ...]
     places: Mapping[Point, tuple[int, Vector]]
 
 
 class _Place(NamedTuple):
-    """A point, by the number of a link and the vector from its origin; `moving` where that is not fixed in the link."""
+    """A point, by the number of a link and the position `arm` from its origin; `moving` if that is not constant in the link."""
 
     link: int
     arm: Vector
@@ -85,11 +86,11 @@ class _Place(NamedTuple):
 
 
 _Begun: TypeAlias = tuple[Basis, int | None, Vector]
-"""The basis of a link, the number of the one before, and where it begins there."""
+"""The basis of a link, the number of its parent, and the position of its origin in that."""
 
 
 class _Links:
-    """The links as they are met, the ground first."""
+    """The links found so far, in the order of discovery, the ground first."""
 
     def __init__(self, inertial: Basis, aligned: Aligned, split: Collection[Point]) -> None:
         self.aligned, self.split = aligned, split
@@ -98,7 +99,7 @@ class _Links:
         self.places: dict[Point, _Place] = {}
 
     def attached(self, basis: Basis, place: _Place) -> _Place:
-        """What is fixed in `basis` at a place: there already, or the origin of another link."""
+        """The place as a point of a link with `basis`: unchanged if its link has that basis, else the origin of another link."""
         if not place.moving and basis is self.begun[place.link][0]:
             return place
         key = basis, place.link, place.arm.parts
@@ -108,13 +109,13 @@ class _Links:
         return _Place(self.numbers[key], Vector())
 
     def place(self, point: Point) -> _Place:
-        """Where a point is: along the offsets from the root, each in a link with its basis."""
+        """The link and position of a point, by the offsets along its path from the root."""
         for p in reversed(point.ancestry(self.places)):
             if p.parent is None:
                 self.places[p] = _Place(0, Vector())
                 continue
             place = self.places[p.parent]
-            if p.body is not None:  # a particle moves as its body does, wherever in it it is now
+            if p.body is not None:  # a particle is fixed in its body, at the position that it has at the instant
                 held = self.attached(self.aligned.rates(p.body)[0], place)
                 self.places[p] = _Place(held.link, held.arm + self.aligned.vector(p.offset))
                 continue
@@ -124,14 +125,14 @@ class _Links:
                 place = _Place(
                     place.link, place.arm + Vector(((basis, r),)), place.moving or not is_constant_in_time(r)
                 )
-            if p in self.split:  # a link begins there
+            if p in self.split:  # begin another link at this point
                 self.begun.append((self.begun[place.link][0], place.link, place.arm))
                 place = _Place(len(self.begun) - 1, Vector())
             self.places[p] = place
         return self.places[point]
 
     def within(self, part: Part) -> _Place | None:
-        """A part that shares momentum with others, in the link in which they move; None where they are in several."""
+        """The place of a part with momentum of several points, in the link that all of them move in; None if there is no such link."""
         own = self.place(part.mass_center)
         places = [own, *(self.place(p) for p, _ in part.momenta)]
         link = max(place.link for place in places)
@@ -142,7 +143,7 @@ class _Links:
         return own if own.link == link else _Place(link, Vector())
 
     def section(self, frame: Frame, place: _Place) -> _Place:
-        """Where a section of a flexible body turns: in the link of the frame that it bends from, if that begins at this place."""
+        """The place at which a section of a flexible body rotates: the link of an ancestor frame with its origin there, if any."""
         f = frame.parent
         while f is not None:
             basis = self.aligned.rates(f)[0]
@@ -155,7 +156,7 @@ class _Links:
         return place
 
     def turning(self, frame: Frame) -> None:
-        """The link that a frame turns with, which may begin at the origin of the one that it turns in."""
+        """Adds a link for a frame at the origin of its nearest ancestor's link, unless the frame is fixed in that."""
         f: Frame | None = frame
         numbers = {basis: k for k, (basis, _, _) in reversed(list(enumerate(self.begun)))}
         while f is not None and self.aligned.rates(f)[0] not in numbers:
@@ -171,9 +172,9 @@ def tree_of(
     split: Collection[Point] = frozenset(),
     frames: Iterable[Frame] = (),
 ) -> Tree:
-    """The links of a system, with the places of `points` and links for `frames` between others.
+    """The kinematic tree of a system, with the places of `points` and with links for `frames`, even of massless ones.
 
-    Where some points are `split` another link begins, whether it moves or not.
+    At each point of `split` another link begins, whether or not it moves relative to its parent.
     """
     links = _Links(system.inertial, aligned, split)
     carried: dict[int, list[Carried]] = {}
@@ -215,7 +216,7 @@ def tree_of(
 
 
 def homes_of(tree: Tree, rates: Collection[Expr]) -> dict[int, tuple[Expr, ...]]:
-    """For each of some rates the link that all hangs on which moves by it; by the number of that link."""
+    """The rates by the number of the nearest common ancestor of the links whose children or parts they move."""
     users: dict[Expr, set[int]] = {}
     for k, link in enumerate(tree.links) if rates else ():
         moved = [(link.parent, x) for v in (link.rotation, link.offset.map(time_derivative)) for x in v.scalars()]
@@ -232,7 +233,7 @@ def homes_of(tree: Tree, rates: Collection[Expr]) -> dict[int, tuple[Expr, ...]]
 
 
 def repeated(tree: Tree, rates: Collection[Expr]) -> tuple[Expr, ...]:
-    """Of some rates those by which links turn or slide several times, in each frame."""
+    """The rates in more than one part of the tree's rotations and offset rates, where a part is along one frame."""
     users = dict.fromkeys(rates, 0)
     for link in tree.links:
         for _, numbers in (*link.rotation.parts, *link.offset.map(time_derivative).parts):
@@ -242,7 +243,7 @@ def repeated(tree: Tree, rates: Collection[Expr]) -> tuple[Expr, ...]:
 
 
 def without(tree: Tree, links: Collection[int]) -> tuple[Tree, list[int]]:
-    """The tree without links on which nothing hangs, and the number that each other link has then."""
+    """The tree without some links that have no children, and the new number of each link."""
     number, kept = [0] * len(tree.links), list[Link]()
     for k, link in enumerate(tree.links):
         number[k] = len(kept)
@@ -252,7 +253,7 @@ def without(tree: Tree, links: Collection[int]) -> tuple[Tree, list[int]]:
 
 
 def _common(numbers: Sequence[int], links: Sequence[Link]) -> int:
-    """The last link that all of these are, or hang on."""
+    """The nearest common ancestor of links, which may be one of them."""
     result, *others = numbers
     for k in others:
         while k != result:
@@ -261,7 +262,7 @@ def _common(numbers: Sequence[int], links: Sequence[Link]) -> int:
 
 
 def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:
-    """Links that begin at one place, each in the one that its basis turns on from: axes that intersect. Parents first; new numbers."""
+    """Chains links with a common origin and parent by their bases, as for intersecting axes. The links parents first; new numbers."""
     begun = _along_one_axis(begun)
     parents, offsets = [parent for _, parent, _ in begun], [offset for _, _, offset in begun]
     together: dict[tuple[int, Parts], dict[Basis, int]] = {}
@@ -289,9 +290,9 @@ def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:
 
 
 def _along_one_axis(begun: Sequence[_Begun]) -> list[_Begun]:
-    """Links that turn alike in one, at places along the axis: the others hang on the first that does not slide.
+    """Attaches links with the same rotation relative to one link, and places along its axis, to the first that does not slide.
 
-    So bodies on one shaft are, in whatever order they are listed.
+    The bodies on one shaft thus turn with its first link, in whatever order they are listed.
     """
     alike: dict[Basis, list[int]] = {}
     for k, (basis, parent, _) in enumerate(begun):
@@ -312,7 +313,7 @@ def _along_one_axis(begun: Sequence[_Begun]) -> list[_Begun]:
 
 
 def _from_moving(begun: Sequence[_Begun], k: int) -> tuple[int, Vector]:
-    """The number of the link before that moves in its own, or the ground, and where a link begins from there."""
+    """The nearest ancestor that moves relative to its parent, or the ground, and the position of link k in it."""
     _, parent, offset = begun[k]
     assert parent is not None
     basis, before, arm = begun[parent]
@@ -329,7 +330,7 @@ def _rates(exprs: Iterable[Expr]) -> set[Symbol]:
 
 
 def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | None:
-    """The number of the nearest of some bases that a basis is turned in, short of `base`, or is fixed in, of those before it."""
+    """The number of an earlier basis in `among` that turns alike, else of the nearest ancestor in it below `base`; else None."""
     for other, number in among.items():
         if other is basis:
             break
@@ -344,6 +345,6 @@ def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | Non
 
 
 def turn_alike(a: Basis, b: Basis) -> bool:
-    """Whether two are turned about one axis of one base by angles that differ by a constant."""
+    """Whether two bases are rotated about the same axis of the same base by angles that differ by a constant."""
     angle = turned_beyond(a, b)
     return angle is not None and is_constant_in_time([angle])

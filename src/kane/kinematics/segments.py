@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A tree of links as recursions run along it: segments that slide and turn in the one before, each by speeds of its own.
+"""The segments of a kinematic tree, on which the recursions of `kane.tree` run: each slides and rotates relative to its parent.
 
-Along the basis A before its turn and B after it a segment has, in the segment before,
+With the basis A before its rotation and B after it, a segment has relative to its parent
 
-    ω = Σ s_r w_r + …   along B,        ṙ = Σ s_r w_r + …   along A, or along B where the speeds are so
+    ω = Σ s_r w_r + …   along B,        ṙ = Σ s_r w_r + …   along A, or along B if the speeds are measured along B,
 
-with joint speeds w of which the generalized speeds are constant combinations, w = C u + …. Turns about axes that are parallel keep one
-basis A, in which the arms turn (absolute angles, and sums of relative ones). The origin of a segment lies on its axis where that is
-nearest to the one before, so that the arm has no component along it.
+with joint speeds w = C u + … that are constant combinations of the generalized speeds. Rotations about parallel axes share one basis
+A, in which the arms rotate (absolute angles, and sums of relative ones). The origin of a segment that does not slide is the point of
+its axis at which the arm has no component along the axis.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -34,12 +34,13 @@ from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Reflected, Rigid, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointStep:
-    """What a link turns and slides by in the one before, as it is declared.
+    """The motion of a link, or of one rotation of its joint, relative to the parent step, as declared.
 
-    From the basis B of the parent `lead` turns by constants to A, where the origin lies at `arm`; `turn` leads to B. One that `joins`
-    works in the A of its parent, and has its arm and slide along the parent's B. `shift` is how far the origin was moved along the
-    axis, along B: what is fixed in the segment is at its arm + `shift`. Where `swift` is not None it is the rate of turn in A, as
-    one speed. `late` says that the slide is along B. `modes` are rates that move several segments which hang on this one.
+    The constant rotations `lead` take the parent's basis B to A, along which is the position `arm` of the origin; `turn` takes A to
+    B. If `joins`, A is the A of the parent, about a parallel axis, and arm and slide are along the parent's B. `shift` is the
+    displacement of the origin along the axis, along B: points of the segment are at their position in the link + `shift`. `swift`, if
+    not None, is the rate of rotation in A, as one speed. `late` if the slide is along B. `modes` are the rates of elastic coordinates
+    for which this is the nearest step that carries everything they move.
     """
 
     parent: int
@@ -57,9 +58,10 @@ class JointStep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segments:
-    """The segments, parents first, number 0 the ground.
+    """The steps of a tree, parents first, number 0 the ground.
 
-    `ends` are the segments that the links of the tree are fixed in, `bases` those whose ω a basis has, `basis` is the B of each.
+    `ends` is the last step of each link, `bases` the number of the step with a given basis B, `basis` the B of each step, and `places`
+    the link and position of points.
     """
 
     steps: tuple[JointStep, ...]
@@ -69,12 +71,12 @@ class Segments:
     places: Mapping[Point, tuple[int, Vector]]
 
     def place(self, point: Point) -> tuple[int, Vector]:
-        """The segment that a point moves with, and the arm from the link's origin."""
+        """The step that a point moves with, and its position from the link's origin."""
         link, arm = self.places[point]
         return self.ends[link], arm
 
     def of(self, basis: Basis) -> int:
-        """The segment that turns as a basis does."""
+        """The step with the angular velocity of a basis. Unsuited if there is none."""
         b: Basis | None = basis
         while b is not None:
             if b in self.bases:
@@ -89,7 +91,7 @@ _SHARED = "coordinates that several joints share, or bodies that turn in others 
 
 
 def segments(tree: Tree, kinematics: Kinematics, shared: Collection[Expr] = ()) -> Segments:
-    """The segments of a tree; Unsuited where its joints are not by speeds of their own, or by rates that may be `shared`."""
+    """The steps of a tree. Unsuited if a joint has no joint speeds of its own, other than rates in `shared`, which move several."""
     maker = _Maker(kinematics, Stages(kinematics, shared), homes_of(tree, shared))
     maker.count(tree.links)
     for link in tree.links:
@@ -98,7 +100,7 @@ def segments(tree: Tree, kinematics: Kinematics, shared: Collection[Expr] = ()) 
 
 
 class _Turning(NamedTuple):
-    """A turn to a basis, at measure numbers of ω along that."""
+    """A rotation to a basis, and its ω along that basis."""
 
     turn: Change
     basis: Basis
@@ -106,9 +108,10 @@ class _Turning(NamedTuple):
 
 
 def _turns_between(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Change], list[_Turning]]:
-    """The constant turns from a link's basis at first, backwards along `down`, and what follows along `up`.
+    """The path from a parent's basis to a link's: leading constant rotations, and the rotations after them.
 
-    Between two bases turned about one axis of a third the way is the difference of their angles.
+    `down` leads from the parent's basis back to a common base and `up` from there. Two rotations about the same axis of the common
+    base are replaced by one, by the difference of their angles.
     """
     rest = [_Turning(Turn(f), f, _orientation_rates(f)) for f in reversed(up)]
     lead: list[Change] = []
@@ -122,7 +125,7 @@ def _turns_between(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> t
 
 
 def _between(a: Basis, b: Basis) -> _Turning | None:
-    """The turn from one basis to another, both turned about one axis of their base."""
+    """The rotation from one basis to another if both are rotated about the same axis of the same base, else None."""
     angle = turned_beyond(b, a)
     if angle is None or b.orientation is None or b.orientation.axis is None:
         return None
@@ -145,7 +148,7 @@ class _Maker:
         self.shared: dict[tuple[int, Triple], tuple[int, Triple]] = {}
 
     def count(self, links: Iterable[Link]) -> None:
-        """How many links slide in one in the same way."""
+        """Counts the links that slide relative to the same parent with the same velocity."""
         for link in links:
             if link.parent is not None:
                 key = link.parent, link.offset.map(time_derivative).parts
@@ -153,7 +156,7 @@ class _Maker:
                 self.alike[key] = self.alike.get(key, 0) + 1
 
     def add(self, link: Link) -> None:
-        """The segments of one link."""
+        """Appends the steps of one link."""
         if link.parent is None:
             self._append(JointStep(0, (), NOTHING, None), link.basis)
         else:
@@ -168,7 +171,7 @@ class _Maker:
         up, down = path(link.basis, base)
         offset = link.offset.components(base)
         rates = triple(map(time_derivative, offset))
-        arm = summed(offset, self.steps[parent].shift)  # which is still, and long where parameters turn link after link
+        arm = summed(offset, self.steps[parent].shift)  # `shift` is constant, so it does not enter `rates`
         if alike and not is_zero(rates):
             parent, arm = self._slid(parent, arm, rates, base)
             rates = NOTHING
@@ -180,7 +183,7 @@ class _Maker:
         if any(not is_zero(_orientation_rates(turn.basis)) for turn in lead):
             raise Unsuited(_SHARED)
         if lead and rest and self._screws(rates, rest[0].basis):
-            rates = turned_down(lead, rates)  # and the arm further on
+            rates = turned_down(lead, rates)  # `_turned` does the same with the arm
         elif not is_zero(rates) and (lead or not rest):
             parent = self._append(JointStep(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
@@ -202,7 +205,7 @@ class _Maker:
             self._append(JointStep(parent, tuple(lead), turned_down(lead, arm), None), link.basis)
 
     def _slid(self, parent: int, arm: Triple, rates: Triple, base: Basis) -> tuple[int, Triple]:
-        """The segment that slides so, which several links begin from, and the arm in it."""
+        """The step of a slide shared by several links, made at the first call, and the constant arm in it. Unsuited if it varies."""
         if (parent, rates) not in self.shared:
             number = self._append(JointStep(parent, (), arm, None), base, slide=self.stages.raw(rates))
             self.shared[parent, rates] = number, arm
@@ -213,11 +216,11 @@ class _Maker:
         return number, beyond
 
     def _coaxial(self, parent: int, f: Basis) -> bool:
-        """Whether a basis turns on in the basis in which the parent turns, about a parallel axis."""
+        """Whether a basis is rotated in the basis A of the parent's rotation, about the same axis, at another rate."""
         turn, o = self.steps[parent].turn, f.orientation
         if turn is None or o is None or o.axis is None or turn.axis != o.axis or turn.base is not o.base:
             return False
-        if parent in self.bearing:  # what bends it is solved for along its own basis
+        if parent in self.bearing:  # elastic coordinates are eliminated along the parent's own basis
             return False
         return turn.basis is self.basis[parent] and not is_zero(map(sub, o.rates, _orientation_rates(turn.basis)))
 
@@ -225,7 +228,7 @@ class _Maker:
         return are_coupled(self.stages.raw(rates), self.stages.raw(_orientation_rates(f)))
 
     def _together(self, rest: Sequence[_Turning]) -> Triple | None:
-        """ω of several turns along the last basis, where each measure number is a speed, and not each turn has its own."""
+        """ω of several rotations along the last basis if its measure numbers are speeds; None if not, or if each has its own."""
         raw = [self.stages.raw(step.rates) for step in rest]
         if all(r is None or is_single(r) or r.is_new for r in raw):
             return None
@@ -239,7 +242,7 @@ class _Maker:
     def _turned(
         self, parent: int, lead: tuple[Change, ...], arm: Triple, rates: Triple, step: _Turning, joins: bool
     ) -> int:
-        """A segment that slides at `rates` and turns."""
+        """Appends a step that slides at `rates` and rotates; its number."""
         (turn, basis, own), swift = step, None
         k = turn.axis
         if joins and k is not None:
@@ -272,14 +275,16 @@ class _Maker:
         return len(self.steps) - 1
 
     def finished(self, tree: Tree) -> Segments:
-        """The segments with their freedoms."""
+        """The steps with their joint speeds."""
         before = {step.parent for step in self.steps if step.joins}
-        late = [step.late and k not in before for k, step in enumerate(self.steps)]  # what works along A slides along A
-        ways = [
+        late = [
+            step.late and k not in before for k, step in enumerate(self.steps)
+        ]  # parents of joined steps slide along A
+        slides = [
             slide if own == step.late else self.early[k]
             for k, (step, own, (slide, _)) in enumerate(zip(self.steps, late, self.raw, strict=True))
         ]
-        raw = [*ways, *(spin for _, spin in self.raw)]
+        raw = [*slides, *(spin for _, spin in self.raw)]
 
         n = len(self.steps)
 
@@ -315,10 +320,10 @@ def _orientation_rates(f: Basis) -> Triple:
 
 
 class JointTree(NamedTuple):
-    """The segments as sweeps take them.
+    """The segments on which sweeps run.
 
-    By the number of a step: the segment that its joint moves, and the one that carries its body, with the turn from its basis of work
-    to B, if it has any.
+    By the number of a step: `joint`, the segment that its joint moves, `home`, the segment with its body, and `last`, the rotation
+    from the working basis of that to B; None if the working basis is B.
     """
 
     segments: tuple[Segment, ...]
@@ -327,12 +332,12 @@ class JointTree(NamedTuple):
     last: tuple[Change | None, ...]
 
     def wrench(self, step: int, w: SpatialForce) -> SpatialForce:
-        """A wrench along B, along the basis of work of the segment that carries the body."""
+        """A wrench given along B of a step, in the working basis of the segment with its body."""
         last = self.last[step]
         return w if last is None else w.turned(last)
 
     def along_b(self, step: int, v: Triple) -> Triple:
-        """A vector along the basis of work, along B."""
+        """A vector given in the working basis, along B."""
         last = self.last[step]
         return v if last is None else last.down(v)
 
@@ -350,11 +355,11 @@ def joint_tree(
     elastic_along_a: bool = False,
     reflected: Mapping[int, Reflected] = MappingProxyType({}),
 ) -> JointTree:
-    """The segments of the steps, with what these carry, along B, and what is reflected to joint speeds, by number.
+    """The segments of steps with `bodies`, `loads` and `elastic` parts, along B, and reflected inertias, by number of the joint speed.
 
-    Those that turn about parallel axes one after the other, and those that screw, work along A: their arms and bodies turn. Where
-    others hang on one of these, or all bodies are to be `along_b`, these are on a segment beside it that is fixed in it and works
-    along B; elastic parts are, too, if they are not to be taken `elastic_along_a`.
+    Rotations about parallel axes in sequence, and screws, have A as their working basis, in which arms and bodies rotate. Bodies and
+    children are then on another segment, fixed in that and with the working basis B, if the step has children other than joined ones
+    or if `along_b`; so are elastic parts unless `elastic_along_a`.
     """
     along_a = _along_a(steps)
     apart = {step.parent for step in steps[1:] if not step.joins}
@@ -389,12 +394,12 @@ def joint_tree(
 
 
 def _turned(elastic: Elastic, turn: Change) -> Elastic:
-    """The same along the basis before a turn."""
+    """The elastic inertia in the basis before a rotation."""
     return lambda w, square: elastic(turn.down(w), square).turned(turn)
 
 
 def _along_a(steps: Sequence[JointStep]) -> list[bool]:
-    """Whether a segment works along A: where what follows does, what comes before did, or it screws."""
+    """Whether the working basis of each step is A: of joined steps, of their parents, and of screws."""
     result = [step.joins or any(f.slide is not NOTHING for f in step.spin.freedoms) for step in steps]
     for step in steps:
         if step.joins:
@@ -410,7 +415,7 @@ def _joined(
     modes: Mapping[Expr, int],
     reflected: Mapping[int, Reflected],
 ) -> Segment:
-    """A segment by its joint, with numbers from `number` on; arm and slide turn with what is `before`."""
+    """The segment of a step, with joint speeds numbered from `number`; `before` takes arm and slide to A of the parent."""
 
     def up(v: Triple) -> Triple:
         return v if before is None else before.up(v)

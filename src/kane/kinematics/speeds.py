@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Generalized speeds: u = Y q̇ + z, its inverse q̇ = W u + X, and the recovery of speeds by matching.
+"""Generalized speeds (Kane & Levinson 1985, sec. 2.12): u = Y q̇ + z, its inverse q̇ = W u + X, and velocities matched to speeds.
 
-A measure number whose row in the rates is a combination of rows of Y becomes those speeds by matching, before W is used: so
-an angular velocity is written in its own speeds even where W is singular.
+A measure number whose row in the rates is a combination of rows of Y is written in those speeds directly, without W. An angular
+velocity is thus written in the speeds defined by it even where W is singular.
 
 Euler parameters enter by their three quasi-rates w, ė = ½ Gᵀ(e) w; the reported Y has the row eᵀė = 0 for each set.
 
-Frames along which velocities are made of the speeds as they were defined: the search by speeds alone, for all motions by them.
-
-A measure number can only be a sum of whole rows of Y if its coefficients in the speeds are 0, 1 and −1 at a configuration drawn at
-random: numbers rule out, before any symbolic work, where matching cannot succeed.
+`Matching` finds, for each frame and point, a frame along which the measure numbers of its velocity are sums of rows of Y. Such a
+measure number has coefficients 0, 1 and −1 in the speeds at a random configuration, so that `Sample` rules out most frames
+numerically, before any symbolic work.
 """
 
 import math
@@ -40,14 +39,14 @@ Row = Mapping[Expr, Expr]
 
 
 class ScalarForm(NamedTuple):
-    """Σ coefficient · speed + rest; `exact` where every coefficient came from a matched row of Y that is not a bare rate."""
+    """Σ coefficient · speed + rest; `exact` if it is a sum of whole rows of Y, at least one of which is not a bare rate."""
 
     coefficients: dict[Expr, Expr]
     rest: Expr
     exact: bool = False
 
     def total(self) -> Expr:
-        """The value."""
+        """The sum as an expression."""
         value = self.rest
         for u, c in self.coefficients.items():
             value = add(value, mul(c, u))
@@ -63,9 +62,9 @@ def is_rate(row: Row) -> bool:
 class Speeds:
     """The kinematical equations of a system.
 
-    `rates` are the basic rates b: q̇ of ordinary coordinates, quasi-rates of Euler parameters. `rows` and `z` give
-    u = Y_b b + z, `inverse` and `x` give b = W_b u + X_b, `pivots` are what W_b divides by. `along` gives rates of Euler parameters by
-    speeds outright.
+    `rates` are the basic rates b: q̇ of ordinary coordinates, quasi-rates of Euler parameters. `rows` and `z` are Y_b and z in
+    u = Y_b b + z, `inverse` and `x` are W_b and X_b in b = W_b u + X_b, and `pivots` the divisors of W_b. `along` gives ė of Euler
+    parameters in speeds without W. `groups` numbers the blocks of rates that share no row, and `by_row` finds speeds by ± row.
     """
 
     system: System
@@ -82,7 +81,7 @@ class Speeds:
     by_row: dict[frozenset[tuple[Expr, Expr]], dict[int, Expr]]
     nontrivial: bool
     offsets: tuple[tuple[Speed, Expr], ...] = field(init=False)
-    """The speeds that have a z, with it."""
+    """The speeds with a nonzero z, and z."""
     _known: dict[Expr, Affine] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -126,7 +125,7 @@ class Speeds:
         return parts.values()
 
     def _peeled(self, part: dict[Expr, Expr]) -> dict[int, Expr] | None:
-        """The part as a sum of whole rows of Y, each with its sign, by peeling off rows that agree with it on their support."""
+        """The signs, by row number, with which rows of Y sum to `part`, found by subtracting equal rows; None if a rest is left."""
         left, whole = dict(part), {}
         for i, row in enumerate(self.rows):
             if not left or not row.keys() <= left.keys():
@@ -142,7 +141,7 @@ class Speeds:
         return None if left else whole
 
     def _proportional(self, part: dict[Expr, Expr]) -> dict[int, Expr] | None:
-        """The part as one row of Y times a factor."""
+        """The number of a row of Y proportional to `part`, with the factor; None if there is none."""
         for i, row in enumerate(self.rows):
             if row.keys() != part.keys():
                 continue
@@ -155,11 +154,11 @@ class Speeds:
     # Expressions ----------------------------------------------------------------------------------------------------
 
     def forms(self, exprs: Iterable[Expr]) -> list[ScalarForm]:
-        """Affine expressions of rates in speeds."""
+        """Expressions affine in rates, as forms in speeds."""
         return [self.form(c, r) for c, r in self.in_rates(exprs)]
 
     def in_rates(self, exprs: Iterable[Expr]) -> list[Affine]:
-        """Affine expressions of rates in the basic ones."""
+        """Expressions affine in rates, as affine forms in the basic rates."""
         return affine_forms([self._basic(e) for e in exprs], self.rates, self._known)
 
     def _basic(self, e: Expr) -> Expr:
@@ -230,7 +229,7 @@ class Speeds:
 
 
 def _rate_free(e: Expr, forms: Mapping[Expr, Affine]) -> tuple[list[Callable[[Expr], Expr]], Expr]:
-    """The factors free of rates that multiply or divide what is left of an expression, outermost first, and this."""
+    """Splits off factors and divisors without rates: the operations that apply them, outermost first, and the remaining expression."""
     found: list[Callable[[Expr], Expr]] = []
     while True:
         if e.op is NEG:
@@ -259,9 +258,9 @@ def twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Random values of a system's symbols, made when first needed; rates run through their unit vectors and zero.
+    """Random values of a system's symbols, drawn at first use. Rates take n + 1 values: each basic rate at 1 alone, then all at 0.
 
-    `values` are those of every expression that was met, `turns` direction cosines, `rooted` measure numbers along the root's axes.
+    `values` caches values of expressions, `turns` direction cosines, `rooted` measure numbers along the inertial frame.
     """
 
     speeds: Speeds
@@ -280,13 +279,13 @@ class Sample:
             self.values.update(zip(group.coordinates, e / np.linalg.norm(e), strict=True))
 
     def by(self, speeds: Speeds) -> "Sample":
-        """The same numbers for other speeds of the same rates."""
+        """A sample with the same numbers for other speeds; a new one if these have other rates."""
         if speeds.rates not in {self.speeds.rates}:
             return Sample(speeds, self.seed)
         return Sample(speeds, self.seed, self.values, self.turns, self.rooted)
 
     def numbers(self, exprs: Iterable[Expr]) -> list[Any]:
-        """Values of expressions, each with one entry a basic rate and one for all rates at rest, or a scalar."""
+        """The values of expressions, each of shape (rates + 1,), or a scalar if it has no rates."""
         with np.errstate(all="ignore"):
             return [fold(e, self.values, self._value) for e in exprs]
 
@@ -299,7 +298,7 @@ class Sample:
         return np.float64(math.pi) if node.op is PI else np.float64(constant_value(node) or 0)
 
     def turn(self, frame: Basis) -> Array:
-        """Direction cosines of the frame in the root."""
+        """The direction cosines (3, 3) of a frame in the inertial frame."""
         if frame not in self.turns:
             o = frame.orientation
             if o is None:
@@ -311,14 +310,14 @@ class Sample:
 
     @cached_property
     def inverse(self) -> Array:
-        """W: the rates (rates × speeds) of one speed at a time."""
+        """W (rates × speeds) as the pseudoinverse of Y; NaN if Y is not finite."""
         rates = self.speeds.rates
         numbers = [dict(zip(row, self.numbers(row.values()), strict=True)) for row in self.speeds.rows]
         y = np.array([[row.get(b, 0.0) for b in rates] for row in numbers], dtype=float).reshape(-1, len(rates))
         return np.asarray(np.linalg.pinv(y) if np.isfinite(y).all() else np.full(y.T.shape, np.nan))
 
     def at_speeds(self, e: Expr) -> float:
-        """The value of an expression affine in the rates, these by speeds drawn at random: q̇ = W u + X."""
+        """The value of an expression affine in the rates at random speeds, q̇ = W u + X."""
         known = self.speeds
         numbers = np.broadcast_to(self.numbers([e])[0], (len(known.rates) + 1,))
         u, x = self.numbers(known.speeds), self.numbers(known.x[b] for b in known.rates)
@@ -326,12 +325,12 @@ class Sample:
         return float((numbers[:-1] - numbers[-1]) @ q_dot + numbers[-1])
 
     def coefficients(self, v: Vector) -> Array:
-        """What multiplies each speed in the three measure numbers of `v` along the root's axes."""
+        """The coefficients (3 × speeds) of the speeds in `v`, along the axes of the inertial frame."""
         total = self.in_root(v)
         return np.asarray((total[:, :-1] - total[:, -1:]) @ self.inverse)
 
     def in_root(self, v: Vector) -> Array:
-        """The three measure numbers of `v` along the root's axes, for each basic rate and for all at rest."""
+        """The measure numbers (3 × (rates + 1)) of `v` along the axes of the inertial frame."""
         if v.parts not in self.rooted:
             width = len(self.speeds.rates) + 1
             total = np.zeros((3, width))
@@ -341,9 +340,9 @@ class Sample:
         return self.rooted[v.parts]
 
     def whole(self, coefficients: Array, frames: Sequence[Basis]) -> list[tuple[int, bool]]:
-        """How many measure numbers along each of `frames` may be sums of whole rows, and whether all that are not absent may.
+        """For each of `frames`, how many measure numbers along it may be sums of rows of Y, and whether all nonzero ones may.
 
-        Where the numbers are not finite nothing is ruled out.
+        (3, True) where the numbers are not finite.
         """
         along = np.array([self.turn(f).T for f in frames]).reshape(-1, 3, 3) @ coefficients
         finite = np.asarray(np.isfinite(along).all(axis=(1, 2)))
@@ -352,19 +351,19 @@ class Sample:
             near = np.abs(along - whole).max(axis=2, initial=0) < SIX_DIGITS
             present = np.abs(along).max(axis=2, initial=0) > SIX_DIGITS
         counts, full = (near & present).sum(axis=1), np.asarray(near.all(axis=1) & present.any(axis=1))
-        told = zip(counts, full, finite, strict=True)
-        return [(int(count), bool(every)) if known else (3, True) for count, every, known in told]
+        flags = zip(counts, full, finite, strict=True)
+        return [(int(count), bool(every)) if known else (3, True) for count, every, known in flags]
 
 
 Forms = Sequence[ScalarForm]
-"""Of three measure numbers."""
+"""The forms of three measure numbers."""
 Match = tuple[Basis, Forms]
 """The frame, and the measure numbers along it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Matching:
-    """What is found for the frames and points of a system, once by its speeds; those that are `vanishing` are left out of it."""
+    """Matches of velocities to speeds, found once per frame and point of a system; speeds in `vanishing` are set to zero in them."""
 
     speeds: Speeds
     sample: Sample
@@ -372,7 +371,7 @@ class Matching:
     _known: dict[Basis | Point, Match | None] = field(default_factory=dict)
 
     def without(self, vanishing: frozenset[Expr]) -> "Matching":
-        """The same, where these speeds vanish."""
+        """The same matches with other vanishing speeds."""
         return replace(self, vanishing=vanishing)
 
     @cached_property
@@ -380,28 +379,28 @@ class Matching:
         """q̇ by coordinate, in speeds."""
         gone, memo = dict.fromkeys(self.vanishing, ZERO), dict[Expr, Expr]()
         rates = self.speeds.coordinate_rates()
-        held = (substituted(x, gone, memo) for x in rates) if gone else rates
-        return dict(zip(self.speeds.system.coordinates, held, strict=True))
+        values = (substituted(x, gone, memo) for x in rates) if gone else rates
+        return dict(zip(self.speeds.system.coordinates, values, strict=True))
 
     def forms(self, rates: Triple) -> Forms:
-        """Three scalars affine in the rates, in speeds."""
-        return self._held(self.speeds.forms(rates))
+        """The forms of three scalars affine in the rates."""
+        return self._remaining(self.speeds.forms(rates))
 
     def match(self, place: Basis | Point) -> Match | None:
-        """The velocity of a point, or the angular velocity of a frame, along a frame in which it is made of rows of Y."""
+        """The velocity of a point, or ω of a frame, along a frame where its measure numbers are rows of Y; None if there is none."""
         if place not in self._known:
             self._known[place] = self._translation(place) if isinstance(place, Point) else self._rotation(place)
         found = self._known[place]
-        return found and (found[0], self._held(found[1]))
+        return found and (found[0], self._remaining(found[1]))
 
-    def _held(self, forms: Forms) -> Forms:
+    def _remaining(self, forms: Forms) -> Forms:
         gone = self.vanishing
         if gone.isdisjoint(u for f in forms for u in f.coefficients):
             return forms
         return [f._replace(coefficients={u: x for u, x in f.coefficients.items() if u not in gone}) for f in forms]
 
     def _rotation(self, frame: Basis) -> Match | None:
-        """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
+        """ω along the frame or ancestor in which most measure numbers are sums of rows of Y; None if there are none."""
         omega = angular_velocity(frame, self.speeds.system.inertial)
         best: tuple[int, Match] | None = None
         counts = self.sample.whole(self.sample.coefficients(omega), frame.lineage)
@@ -417,7 +416,7 @@ class Matching:
         return best and best[1]
 
     def _translation(self, point: Point) -> Match | None:
-        """v along the first frame in which two measure numbers, or all that it has, are sums of rows of Y."""
+        """v along the first frame in which two measure numbers, or all nonzero ones, are sums of rows of Y; None if there is none."""
         velocity = point.velocity(self.speeds.system.inertial)
         targets = dict.fromkeys(g for f, _ in velocity.parts for g in f.lineage)
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
@@ -431,7 +430,7 @@ class Matching:
         return None
 
     def _along(self, v: Vector, frame: Basis) -> Iterator[Forms]:
-        """The measure numbers of `v` along `frame`, in two ways where they differ, the second where it is asked for."""
+        """The forms of the measure numbers of `v` along `frame`, in one or two notations (`measured`), made when asked for."""
         ways = measured(v, frame)
         first = next(ways)
         yield self.speeds.forms(first)
@@ -441,7 +440,7 @@ class Matching:
 
 
 def measured(v: Vector, frame: Basis) -> Iterator[Triple]:
-    """The measure numbers in the two ways in which a speed's definition may have come to them."""
+    """The measure numbers of `v` in the two notations that a definition may have: by change of basis, and by scalar products."""
     yield v.components(frame)
     x, y, z = map(v.dot, axes(frame))
     yield x, y, z

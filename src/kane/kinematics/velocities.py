@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Velocities and accelerations in generalized speeds: linear forms for every frame and point.
+"""Partial velocities and bias accelerations of every frame and point (Kane & Levinson 1985, sec. 2.14).
 
     ω = Σ ω_r u_r + ω_t,   α = Σ ω_r u̇_r + α_b        v = Σ v_r u_r + v_t,   a = Σ v_r u̇_r + a_b
 
-The partial velocities are first-class: they are built along the tree, never by differentiating an expanded velocity. The bias
-α_b, a_b is what is left of the acceleration at u̇ = 0.
+Partial velocities are built along the tree of frames and points, never by differentiation of an expanded velocity. The bias α_b, a_b
+is the acceleration at u̇ = 0.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -31,8 +31,8 @@ Partials = dict[Expr, Vector]
 class Motion:
     """The rotation of a frame, or the translation of a point, in the inertial frame.
 
-    `partials` by speed (auxiliary ones too), `rest` free of speeds; `spin` is a frame's whole angular velocity. `made` gives the
-    bias, from that of the motion `before` it in the tree among others.
+    `partials` are the partial velocities by speed, auxiliary speeds included, and `rest` the remainder free of speeds; `spin` is the
+    angular velocity of a frame. `made` computes the bias, after that of `before`, the motion of the parent.
     """
 
     partials: Partials
@@ -44,7 +44,7 @@ class Motion:
 
     @property
     def bias(self) -> Vector:
-        """The acceleration at u̇ = 0, made when it is first read: velocities alone do not need it."""
+        """The acceleration at u̇ = 0, computed when first read, ancestors first."""
         if self._bias is None:
             waiting: list[Motion] = []
             motion: Motion | None = self
@@ -57,17 +57,17 @@ class Motion:
         return self._bias
 
     def with_bias(self, bias: Vector) -> "Motion":
-        """The same with another acceleration at u̇ = 0."""
+        """The motion with another acceleration at u̇ = 0."""
         return replace(self, made=lambda: bias, before=None)
 
     @property
     def total(self) -> Vector:
-        """The velocity at zero auxiliary speeds: of a frame as built along the tree, of a point put together when read."""
+        """The velocity at zero auxiliary speeds: `spin` of a frame; of a point the sum of its linear form."""
         return velocity_form(self).gathered() if self.spin is None else self.spin
 
     @property
     def is_still(self) -> bool:
-        """Whether nothing moves it but auxiliary speeds."""
+        """Whether the velocity is zero at zero auxiliary speeds."""
         return self.rest.is_zero and all(isinstance(s, AuxiliarySpeed) for s in self.partials)
 
 
@@ -76,9 +76,9 @@ _STILL = Motion({}, Vector(), spin=Vector())
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactPoint:
-    """A particle of a body whose velocity is Σ n w, beyond that of the particle `other` which it touches.
+    """A particle of a body that touches the particle `other` (None: the ground) and has the velocity Σ n w relative to it.
 
-    `directions` are the n, by speeds w that vanish.
+    `directions` are the n by speeds w, which constraints make zero.
     """
 
     particle: Point
@@ -88,7 +88,7 @@ class ContactPoint:
 
 
 class Following(NamedTuple):
-    """A speed that follows from others, u = Σ row · u_I + rest, and what u̇ is at u̇_I = 0."""
+    """A dependent speed, u = Σ row · u_I + rest, and its u̇ at u̇_I = 0, `bias`."""
 
     row: Mapping[Expr, Expr]
     rest: Expr
@@ -96,7 +96,7 @@ class Following(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An arm in a frame that turns, and the rates of what changes in it."""
+    """An arm fixed or sliding in a rotating frame: the frame's motion, the arm, and the forms of its rates; None if it is fixed."""
 
     spin: Motion
     arm: Vector
@@ -105,12 +105,12 @@ class _Swing(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
-    """Memoised forms of one system; every method is a pure function of the system and its speeds.
+    """The motions of all frames and points of one system, memoised; every method is a pure function of the system and its speeds.
 
-    `homes` names, for the frames of some bodies, the frame along which their angular velocity is best written; `contacts` the points
-    whose velocity is taken from that of a particle of their body, which is known. Speeds that are `following` others have no
-    partial velocities: those of the others are then the nonholonomic ones, ṽ_r = v_r + Σ_D v_D A_n[D, r] (Kane & Levinson 1985,
-    sec. 2.14).
+    `homes` is the frame along which the angular velocity of a body frame is written, if another. `contacts` are points whose velocity
+    is computed from a contact point of their body. `cuts` are the auxiliary speeds by frame or point. Dependent speeds `following`
+    others have no partial velocities; those of the others are then the nonholonomic ones, ṽ_r = v_r + Σ_D v_D A_n[D, r] (Kane &
+    Levinson 1985, sec. 2.14).
     """
 
     speeds: Speeds
@@ -131,7 +131,7 @@ class Kinematics:
     # Scalars --------------------------------------------------------------------------------------------------------
 
     def drift(self, e: Expr, known: Mapping[Expr, Expr] | None = None) -> Expr:
-        """de/dt at constant speeds: q̇ = W u + X, u̇ = 0; of some expressions in it the rates may be `known`."""
+        """de/dt at u̇ = 0, with q̇ = W u + X; `known` gives the derivatives of some subexpressions."""
         if e.op is CONST:
             return ZERO
         return tangent(e, self._leaf_drift, {**known} if known else self._drift)
@@ -148,7 +148,7 @@ class Kinematics:
         )
 
     def _vectors(self, forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
-        """Partial velocities and remainder from three scalar forms along a frame."""
+        """Partial velocities and remainder of a velocity with three measure numbers along a frame."""
         columns: dict[Expr, list[Expr]] = {}
         rests: list[Expr] = []
         for i, form in enumerate(forms):
@@ -171,7 +171,7 @@ class Kinematics:
         contacts: Mapping[Point, ContactPoint],
         vanishing: frozenset[Expr] = frozenset(),
     ) -> "Kinematics":
-        """The same motions where some speeds follow from others, or are `vanishing`, without auxiliary speeds."""
+        """The motions with some speeds dependent (`following`) or zero (`vanishing`), without auxiliary speeds."""
         other = Kinematics(self.speeds, {}, self.sample, self.homes, self.aligned, contacts, following)
         object.__setattr__(other, "matching", self.matching.without(vanishing))
         return other
@@ -179,7 +179,7 @@ class Kinematics:
     # Frames ---------------------------------------------------------------------------------------------------------
 
     def frame(self, frame: Basis) -> Motion:
-        """Rotation of a frame."""
+        """The rotation of a frame."""
         frame = self.aligned.owners.get(frame, frame)
         for f in reversed(frame.lineage):
             if f not in self._frames:
@@ -192,7 +192,7 @@ class Kinematics:
             return _STILL
         base = self._frames[o.base]
         auxiliary: Partials = {s: v for s, v in base.partials.items() if isinstance(s, AuxiliarySpeed)}
-        # A cut on a frame between this one and its base (several coaxial rotations share a base) belongs to the far side.
+        # Auxiliary speeds of the frames between this one and its base (coaxial rotations share a base) move this frame too.
         between: Basis | None = frame
         while between is not None and between is not o.base:
             for u, along in self.cuts.get(between, ()):
@@ -220,7 +220,7 @@ class Kinematics:
         return Motion(partials, base.rest + rest, bias, total, base)
 
     def _matched(self, place: Basis | Point, along_the_tree: Partials) -> Motion | None:
-        """A motion given outright along a frame in which it is made of rows of Y; None where there is none.
+        """The motion along a frame in which its measure numbers match rows of Y; None if there is no such frame.
 
         The bias is the drift of the measure numbers plus ω × total.
         """
@@ -244,11 +244,11 @@ class Kinematics:
     # Points ---------------------------------------------------------------------------------------------------------
 
     def of(self, place: Point | Basis) -> Motion:
-        """Translation of a point, rotation of a frame."""
+        """The translation of a point or the rotation of a frame."""
         return self.point(place) if isinstance(place, Point) else self.frame(place)
 
     def point(self, point: Point) -> Motion:
-        """Translation of a point."""
+        """The translation of a point."""
         for p in reversed(point.ancestry(self._points)):
             self._points[p] = self._translation(p)
         return self._points[point]
@@ -282,26 +282,26 @@ class Kinematics:
 
         def bias() -> Vector:
             total = self._swung(start.bias, swings)
-            # the bias meets the partial velocities: where these have one frame, it is written there
+            # the bias is multiplied by the partial velocities: write it along their frame if they have one
             frames = {f for s, v in partials.items() if not isinstance(s, AuxiliarySpeed) for f, _ in v.parts}
             return total.express(*frames) if len(frames) == 1 else total.gathered()
 
         return Motion(partials, rest.gathered(), bias, before=start)
 
     def _swung(self, bias: Vector, swings: Iterable[_Swing]) -> Vector:
-        """The acceleration at u̇ = 0 at the end of arms that turn and change."""
+        """The acceleration at u̇ = 0 at the end of a chain of arms, from that at its start."""
         for spin, arm, forms in swings:
             bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
             if forms is not None:
                 ((f, r),) = arm.parts
-                # at constant speeds the rate of what is not a sum of speeds is short, and what else reads it has it, too
+                # unless it is a sum of whole speeds, the drift of r is shorter than the form's total, and is shared with other readers
                 a, b, c = (form.total() if form.exact else self.drift(x) for form, x in zip(forms, r, strict=True))
                 sliding = Vector(((f, (a, b, c)),))
                 bias = bias + spin.total.cross(sliding) * 2 + sliding.map(self.drift)
         return bias
 
     def _through(self, contact: ContactPoint, along_the_tree: Partials) -> Motion:
-        """v = v^Ĉ + ω × r of the point from which the particle Ĉ of its body lies at −r, where v^Ĉ is known."""
+        """v = v^Ĉ + ω × r of a point, from the known v^Ĉ of the contact point Ĉ of its body, at −r from the point."""
         particle, other = contact.particle, contact.other
         spin = self.frame(contact.body)
         touched = _STILL if other is None else self.point(other)
@@ -322,7 +322,7 @@ class Kinematics:
         return Motion({s: v for s, v in partials.items() if not v.is_zero}, rest.gathered(), bias)
 
     def turning(self, v: Vector) -> Vector:
-        """dv/dt in the inertial frame at constant speeds."""
+        """dv/dt in the inertial frame at u̇ = 0."""
         total = Vector()
         for part in v.parts:
             along = Vector((part,))
@@ -330,9 +330,10 @@ class Kinematics:
         return total.gathered()
 
     def velocity_bias(self, place: Point | Basis) -> Vector:
-        """The derivative of a velocity, or angular velocity, at u̇ = 0: the bias of its acceleration, but for particles.
+        """The time derivative of a velocity or angular velocity at u̇ = 0.
 
-        Of a particle whose place in the body changes, v = v^X + ω × r, it is a^X_b + α_b × r + ω × ṙ, with ṙ that of the place.
+        It is the bias, except at a particle whose position r in its body changes: v = v^X + ω × r has the derivative
+        a^X_b + α_b × r + ω × ṙ.
         """
         if not isinstance(place, Point) or place.body is None or place.parent is None:
             return self.of(place).bias
@@ -346,7 +347,7 @@ def _accumulate(partials: Partials, s: Expr, v: Vector) -> None:
 
 
 def _swept(partials: Partials, rest: Vector, spin: Motion, arm: Vector) -> Vector:
-    """Partial velocities with those of an arm that turns, and the remainder with its own."""
+    """Adds ω_r × arm to the partial velocities; the remainder plus ω_t × arm."""
     for s, v in spin.partials.items():
         _accumulate(partials, s, v.cross(arm))
     return rest if spin.rest.is_zero else rest + spin.rest.cross(arm)
@@ -357,20 +358,20 @@ def _moves(r: Triple) -> bool:
 
 
 def velocity_form(motion: Motion) -> Vector:
-    """Σ v_r u_r + v_t, auxiliary speeds left out: the velocity as one reads it."""
+    """The velocity Σ v_r u_r + v_t at zero auxiliary speeds."""
     return sum((v * s for s, v in motion.partials.items() if not isinstance(s, AuxiliarySpeed)), start=motion.rest)
 
 
 def acceleration_form(motion: Motion) -> Vector:
-    """Σ v_r u̇_r + a_b."""
+    """The acceleration Σ v_r u̇_r + a_b at zero auxiliary speeds."""
     return sum((v * s.dt for s, v in motion.partials.items() if not isinstance(s, AuxiliarySpeed)), start=motion.bias)
 
 
 def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]:
-    """Auxiliary speeds by the place where they act."""
+    """Auxiliary speeds and their directions, by the frame or point that they move."""
     places: dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
     for u in symbols:
         cut = cut_of(u)
-        if cut is not None:  # that of a constraint moves nothing of the tree
+        if cut is not None:  # None: an auxiliary speed of a constraint
             places[cut.at] = (*places.get(cut.at, ()), (u, cut.along))
     return places

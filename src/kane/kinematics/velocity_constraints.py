@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The constraints at velocity level, A u + A_a u_a + b = 0, and what is left of their derivative, Ȧ u + ḃ.
+"""Constraints at velocity level, A u + A_a u_a + b = 0 (Kane & Levinson 1985, sec. 2.13), and their bias Ȧ u + ḃ.
 
-The row of a constraint with places is Σ F·v_r + Σ T·ω_r from partial velocities; that of a bare scalar is its rate (a motion
-constraint: itself), written in speeds. The derivative is taken of the scalar A u + b, never through a particle's acceleration.
+The row of a constraint whose forces F and torques T are known is Σ F·v_r + Σ T·ω_r, from partial velocities; that of another one is
+its time derivative (of a motion constraint the constraint itself) written in speeds. The bias is the derivative of the scalar
+A u + b at u̇ = 0, never taken from a particle's acceleration.
 
-Rows of constraints along a tree: Σ F·v + Σ T·ω as the power that forces have from the tips to the ground, segment by segment.
-
-What hangs on a segment presses on it with a moment and a force, and these have the power n·ω + f·ṙ of its turn and slide in the one
-before, which are forms in speeds. A row of n entries takes a number of operations that grows as n, where partial velocities, each
-along its own way to the point, take n².
+With many speeds, rows are computed by an inward sweep: the wrench (n, f) that the constraint forces transmit through each joint has
+the power n·ω + f·ṙ of the joint's relative motion, a form in speeds. A row of n entries then takes O(n) operations; by partial
+velocities, each along its own path to the point, it takes O(n²).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -41,11 +40,11 @@ from kane.tree.triples import summed
 from kane.tree.values import NO_WRENCH, SpatialForce
 
 Wrenches = dict[int, SpatialForce]
-"""Wrenches on segments, along B."""
+"""Wrenches on steps by number, along B."""
 
 
 class Placed(NamedTuple):
-    """A force on a segment at r from its origin, or a torque (`moment`), along B."""
+    """A force at r from the origin of a step, with its moment, or a torque (`moment` alone), along B."""
 
     segment: int
     r: Triple
@@ -59,7 +58,7 @@ def placed(
     forces: Iterable[tuple[Point, Vector]],
     torques: Iterable[tuple[Frame, Vector]],
 ) -> Iterator[Placed]:
-    """Forces at points and torques on frames; not those on the ground."""
+    """Forces at points and torques on frames, as acting on steps; those on the ground are left out."""
     for point, force in forces:
         number, arm = found.place(point)
         if number and not force.is_zero:
@@ -73,7 +72,7 @@ def placed(
 
 
 def together(acting: Iterable[Placed]) -> Wrenches:
-    """The sums by segment."""
+    """The resultant wrench on each step."""
     result: Wrenches = {}
     for number, _, n, f in acting:
         result[number] = result.get(number, NO_WRENCH).plus(SpatialForce(n, f))
@@ -81,19 +80,19 @@ def together(acting: Iterable[Placed]) -> Wrenches:
 
 
 def stands(c: Constraint, found: Segments) -> bool:
-    """Whether forces are known to act at points and particles fixed in segments, or on the ground."""
+    """Whether a constraint has known forces, all at points fixed in steps or in the ground."""
     return c.placed and all(_is_fixed(p, found) for p, _ in c.forces)
 
 
 def _is_fixed(point: Point, found: Segments) -> bool:
-    """Of a particle, measure numbers along another basis change as its body turns."""
+    """Whether a point is fixed in a step; a particle of a body only if its position is along the step's own basis."""
     number, arm = found.place(point)
     fixed = point.body is None or all(f is found.basis[number] for f, _ in arm.parts)
     return fixed and is_constant_in_time(arm.scalars())
 
 
 def rows_along_tree(constraints: Sequence[Constraint], kinematics: Kinematics) -> dict[Constraint, ScalarForm]:
-    """The rows of constraints that stand on a tree of segments, without auxiliary speeds; none where there is no such tree."""
+    """The rows of constraints whose forces act at points fixed in steps of a tree; empty if the system has no such tree."""
     aligned = kinematics.aligned
     try:
         tree = tree_of(kinematics.speeds.system, aligned, [p for c in constraints for p, _ in c.forces])
@@ -106,7 +105,7 @@ def rows_along_tree(constraints: Sequence[Constraint], kinematics: Kinematics) -
 
 
 class _Pull(Carry[SpatialForce]):
-    """The power of wrenches on segments, as a form in speeds."""
+    """The inward sweep for the power of wrenches on segments, as a form in speeds."""
 
     def __init__(self, found: Segments, wrenches: Wrenches) -> None:
         tree = joint_tree(found.steps)
@@ -118,7 +117,7 @@ class _Pull(Carry[SpatialForce]):
         self.rest: Expr = ZERO
 
     def row(self, own: Expr) -> ScalarForm:
-        """The power of the wrenches, and `own` besides."""
+        """The power of the wrenches plus `own`."""
         self.rest = own
         inward(self.tree, self)
         return ScalarForm({u: c for u, c in self.coefficients.items() if c is not ZERO}, self.rest)
@@ -142,7 +141,7 @@ class _Pull(Carry[SpatialForce]):
         return v
 
     def power(self, shift: Shift, along: Triple) -> None:
-        """What a turn or a slide adds."""
+        """Adds the power of a moment on a rotation, or of a force on a slide."""
         for form, x in zip(shift.forms, along, strict=False):
             if x is ZERO:
                 continue
@@ -152,14 +151,14 @@ class _Pull(Carry[SpatialForce]):
 
 
 _LARGE = 16
-"""Speeds from which on rows are found along the tree."""
+"""The number of speeds from which on rows are computed by the inward sweep."""
 _SHORT = 20
-"""Operations of A and b up to which they are differentiated as they stand: the accelerations that long ones hold others need, too."""
+"""Operations of A and b up to which their own derivative is compared; of longer ones the bias from velocities shares operations."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConstraintRows:
-    """A (m × n), A_a (m × auxiliary speeds), b and, where it is read, Ȧ u + ḃ (m), a row for each constraint."""
+    """A (m × n), A_a (m × auxiliary speeds) and b (m) of m constraints; `differentiated` computes Ȧ u + ḃ (m)."""
 
     constraints: tuple[Constraint, ...]
     a: Matrix
@@ -169,14 +168,14 @@ class ConstraintRows:
 
     @cached_property
     def drift(self) -> tuple[Expr, ...]:
-        """Ȧ u + ḃ."""
+        """The bias Ȧ u + ḃ, computed when first read."""
         return self.differentiated()
 
 
 def constraint_rows(
     constraints: Iterable[Constraint], kinematics: Kinematics, auxiliary: Sequence[AuxiliarySpeed]
 ) -> ConstraintRows:
-    """Constraints in the speeds of the system; each must be affine in the rates, and hold something that moves."""
+    """The rows of constraints in the speeds of the system. ModelError if one is not affine in the rates, or restricts no speed."""
     speeds: Sequence[Expr] = kinematics.speeds.speeds
     listed = tuple(constraints)
     large = bool(listed) and len(speeds) >= _LARGE and not auxiliary
@@ -186,7 +185,7 @@ def constraint_rows(
     for c, form in forms:
         if any(s in form.coefficients for s in speeds):
             continue
-        # of a plane loop closed in space: redundant, not wrong
+        # identically satisfied, as in a plane loop closed in space: redundant, not an error
         if not (c.placed and form.rest is ZERO and all(vanish([c.expr], sets))):
             raise ModelError(
                 f"Expected the constraint {c.name!r} to restrict the motion, got {cut(c.expr)}, whose rate holds no speed."
@@ -206,7 +205,7 @@ def constraint_rows(
 def _cleared(
     forms: Sequence[tuple[Constraint, ScalarForm]], sets: Sequence[Sequence[Expr]]
 ) -> list[tuple[Constraint, ScalarForm]]:
-    """Without what is zero but for rounding, as the tilt of an axis that several pins in a row share."""
+    """The forms without coefficients that are zero up to rounding, as the tilts of an axis shared by several pins."""
     numbers = [x for _, form in forms for x in (*form.coefficients.values(), form.rest)]
     gone = iter(vanish(numbers, sets))
     cleared = []
@@ -217,7 +216,7 @@ def _cleared(
 
 
 def _drift(c: Constraint, form: ScalarForm, kinematics: Kinematics) -> Expr:
-    """Ȧ u + ḃ from velocities, or, of short A and b, from these as they stand where that is shorter."""
+    """Ȧ u + ḃ from velocity biases or, for short A and b, by differentiating these, whichever has fewer operations."""
     if not c.placed:
         return kinematics.drift(_total(form))
     known = (*form.coefficients.values(), form.rest)
@@ -228,7 +227,7 @@ def _drift(c: Constraint, form: ScalarForm, kinematics: Kinematics) -> Expr:
 
 
 def drift_of(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:
-    """d/dt (A u + b) with the accelerations that `given` has, velocities by `usual`."""
+    """d/dt (A u + b) with the accelerations of `given` and the velocities of `usual`."""
     if constraint.placed:
         return _placed_drift(constraint, given, usual)
     return given.drift(_total(_bare(constraint, usual)))
@@ -239,7 +238,7 @@ def _acting(constraint: Constraint) -> list[tuple[Point | Frame, Vector]]:
 
 
 def _placed_drift(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:
-    """d/dt (Σ F·v + Σ T·ω)."""
+    """d/dt (Σ F·v + Σ T·ω) at u̇ = 0."""
     total = given.drift(constraint.own)
     for place, v in _acting(constraint):
         total = add(total, add(given.velocity_bias(place).dot(v), usual.of(place).total.dot(usual.turning(v))))
@@ -247,20 +246,20 @@ def _placed_drift(constraint: Constraint, given: Kinematics, usual: Kinematics) 
 
 
 def _released(form: ScalarForm, constraint: Constraint, auxiliary: Expr, held: Constraint | None) -> Expr:
-    """∂(constraint)/∂u_a: an auxiliary speed of the constraint itself lets it give way, f = u_a."""
+    """The entry of A_a, −1 for an auxiliary speed of the constraint itself, which relaxes it to A u + b = u_a."""
     if held is not None:
         return neg(ONE) if held is constraint else ZERO
     return form.coefficients.get(auxiliary, ZERO)
 
 
 def _total(form: ScalarForm) -> Expr:
-    """The value at zero auxiliary speeds."""
+    """The value of a form at zero auxiliary speeds."""
     own = {s: c for s, c in form.coefficients.items() if not isinstance(s, AuxiliarySpeed)}
     return ScalarForm(own, form.rest).total()
 
 
 def placed_form(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
-    """Σ F·v + Σ T·ω, speed by speed."""
+    """The form Σ F·v + Σ T·ω in speeds, by partial velocities. ModelError if it is not the rate of a configuration constraint."""
     coefficients: dict[Expr, Expr] = {}
     rest = constraint.own
     for place, v in _acting(constraint):
@@ -274,7 +273,7 @@ def placed_form(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
 
 
 def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics) -> None:
-    """The power of a configuration constraint's forces is its rate: not so at particles whose place in the body changes otherwise."""
+    """Checks at a random state that Σ F·v + Σ T·ω is the rate of a configuration constraint at moving particles; else ModelError."""
     wandering = [
         p
         for p, _ in constraint.forces
@@ -286,7 +285,7 @@ def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics
     power, wanted = float(sample.numbers([total])[0]), sample.at_speeds(rate)
     if abs(power - wanted) <= GIVEN * max(abs(power), abs(wanted)):
         return
-    # W in numbers may be poor where W in symbols is not
+    # the pseudoinverse of Y may be ill-conditioned where W in symbols is not
     rate, memo = kinematics.speeds.in_speeds(rate, {}), Sizes()
     wanted = float(sample.numbers([rate])[0])
     if abs(power - wanted) > GIVEN * max(map(float, sample.numbers([size(total, memo), size(rate, memo)]))):
@@ -298,7 +297,7 @@ def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics
 
 
 def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
-    """The rate of a configuration constraint, or a motion constraint itself, in speeds."""
+    """The form of a configuration constraint's rate, or of a motion constraint itself. ModelError if it is not affine in speeds."""
     speeds = kinematics.speeds
     e = constraint.expr
     if constraint.kind == "configuration":

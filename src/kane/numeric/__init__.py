@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers of linear algebra that all layers share: rank, balance, projection, samples."""
+"""Numerical methods that all layers share: rank, balancing, least changes, Gauss–Newton, continuation, samples and tolerances."""
 
 from kane.lazy_imports import offered
 

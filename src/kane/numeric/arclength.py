@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A curve F(y) = 0 followed by pseudo-arclength (Keller 1977): y has one entry more than F, and the last one, μ, may turn back.
+"""Pseudo-arclength continuation (Keller 1977) of a curve F(y) = 0, where y has one entry more than F; the last entry is μ.
 
-F(y) = 0 is solved together with τ·Δy = Δs, τ the tangent, so that a point where the curve turns back is as good as any other.
+F(y) = 0 is solved together with τ·Δy = Δs, with the tangent τ, so that the equations are regular at turning points of μ too.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Points of a curve in order, the steps between included; `turning` are places in `marked`, those that were asked for."""
+    """Points of a curve in order, with all steps; `marked` are the points asked for, and `turning` indices of turning points in it."""
 
     points: tuple[Array, ...]
     marked: tuple[int, ...]
@@ -33,17 +33,17 @@ class Path:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImplicitCurve:
-    """F and ∂F/∂y (n × n + 1) as `function`."""
+    """A curve by its `function` y → F (n), ∂F/∂y (n × n + 1)."""
 
     function: Residual
 
     def tangent(self, y: Array, along: Array) -> Array:
-        """The unit tangent (n + 1) that points along."""
+        """The unit tangent (n + 1) at y, with a positive component along `along`."""
         direction = singular(level(self.function(y)[1])).right[-1]
         return np.asarray(direction if direction @ along >= 0 else -direction)
 
     def corrected(self, y: Array, across: Array) -> Array | None:
-        """The point of the curve in the plane through y across a direction."""
+        """The point of the curve in the plane through y normal to `across`; None if Newton's method fails."""
 
         def bordered(trial: Array) -> tuple[Array, Array]:
             f, j = self.function(trial)
@@ -53,12 +53,12 @@ class ImplicitCurve:
         return nearest.x if nearest.size <= SOLVED else None
 
     def middle(self, a: Array, b: Array) -> Array | None:
-        """The point of the curve halfway between two, in the plane across their chord."""
+        """The point of the curve in the plane that halves the chord of two points; None if Newton's method fails."""
         chord = b - a
         return self.corrected((a + b) / 2, chord / np.linalg.norm(chord))
 
     def between(self, a: Array, b: Array, marks: Array) -> list[Array]:
-        """Points at values of μ between two points."""
+        """The points of the curve at the values `marks` of μ between two points."""
         change = b[-1] - a[-1]
         across = np.eye(len(a))[-1]
         rows = []
@@ -70,7 +70,7 @@ class ImplicitCurve:
         return rows
 
     def fold(self, y: Array, tau: Array, step: float) -> Array:
-        """Where the tangent has no part along μ, by bisection within a step along τ."""
+        """The turning point, at which the tangent has no component along μ, by bisection of a step along τ."""
         low, high, at = 0.0, step, y
         while high - low >= SAME_TIME:
             middle = (low + high) / 2
@@ -85,9 +85,9 @@ class ImplicitCurve:
         return at
 
     def follow(self, y: Array, marks: Array, max_points: int, where: Callable[[Array], str]) -> Path:
-        """The curve from y on, marked at values of μ and the turning points; `where` names a point in the message.
+        """The curve from y on, with marked points at the values `marks` of μ and at turning points.
 
-        It ends where μ leaves the range of `marks`; what lies beyond the last of them is not asked for.
+        It ends where μ leaves the range of `marks`. `where` gives the words for a point in the message.
         """
         tau = self.tangent(y, np.sign(marks[-1] - marks[0]) * np.eye(len(y))[-1])
         low, high = sorted((marks[0], marks[-1]))

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The types of arrays, a product that every machine rounds alike, and where in an array something is wrong.
+"""Array types and helpers: a reproducible matrix product, indices for messages, numerical direction cosines, medians.
 
-Direction cosines in numbers, arrays of shape (3, 3): v in the base = C v in the turned frame.
-
-How fast what is left to itself changes, read off ẋ = A x: the same in any units of x.
+Direction cosines are arrays C (3, 3) with v_base = C v_rotated. `pace` is the rate of change of ẋ = A x, in any units of x.
 """
 
 import math
@@ -27,7 +25,7 @@ Indices = npt.NDArray[np.intp]
 
 
 def product(a: Array, b: Array) -> Array:
-    """A B (l × m, m × n), each entry summed in order: BLAS rounds as the machine has it, which numbers in equations must not."""
+    """A B (l × m, m × n), summed in a fixed order, so that numbers in equations are the same on all machines; BLAS differs."""
     total = np.zeros((a.shape[0], b.shape[1]))
     for column, row in zip(a.T, b, strict=True):
         total += np.multiply.outer(column, row)
@@ -41,7 +39,7 @@ def by_substitution(lower: Array, right: Array) -> Array:
 
 
 def ranks(x: Array, apart: Array | float) -> Indices:
-    """The place of each number (k) in increasing order; those whose neighbours are no further `apart`, of either, share theirs."""
+    """The rank of each number (k) in increasing order; neighbours that differ by no more than `apart` have the same rank."""
     order = np.argsort(x, kind="stable")
     places, each = np.zeros(len(x), dtype=np.intp), np.broadcast_to(apart, x.shape)[order]
     places[order[1:]] = np.cumsum(np.diff(x[order]) > np.maximum(each[1:], each[:-1]))
@@ -49,7 +47,7 @@ def ranks(x: Array, apart: Array | float) -> Indices:
 
 
 def leading(x: npt.NDArray[Any]) -> Indices:
-    """The first entry of each column (n × k) than which none is larger but for rounding."""
+    """The row of each column's (n × k) largest entry in size; the first one of those equal up to rounding."""
     size = np.abs(x)
     return (
         np.asarray((size >= (1 - ROUNDED_ROOT) * size.max(axis=0, initial=0)).argmax(axis=0))
@@ -59,7 +57,7 @@ def leading(x: npt.NDArray[Any]) -> Indices:
 
 
 class First(NamedTuple):
-    """The first `place` of several, () of a single number, `written` as an index, and how many `others` there are."""
+    """The first true entry of a mask: its index `place`, () of a scalar, the index as text, and the number of `others`."""
 
     place: tuple[int, ...]
     written: str
@@ -70,7 +68,7 @@ class First(NamedTuple):
 
 
 def first_index(mask: Any) -> First:
-    """The first place at which a mask holds somewhere."""
+    """The first true entry of a mask that has one."""
     place = tuple(int(i) for i in np.argwhere(mask)[0])
     return First(place, str(place[0] if len(place) == 1 else place), int(np.sum(mask)) - 1)
 
@@ -79,7 +77,7 @@ ATAN2 = OPS["atan2"]
 
 
 def turned(axis: int, c: float, s: float) -> Array:
-    """Of a rotation about a basis vector, by cosine and sine."""
+    """The rotation matrix about basis vector `axis`, from cosine and sine."""
     j, k = (axis + 1) % 3, (axis + 2) % 3
     cosines = np.eye(3)
     cosines[j, j] = cosines[k, k] = c
@@ -88,12 +86,12 @@ def turned(axis: int, c: float, s: float) -> Array:
 
 
 def about(axis: int, angle: float) -> Array:
-    """Of a rotation about a basis vector."""
+    """The rotation matrix about basis vector `axis` by `angle` (rad)."""
     return turned(axis, value_of_numbers(COS, angle), value_of_numbers(SIN, angle))
 
 
 def rounded(cosines: Array) -> Array:
-    """With what is 0 or ±1 up to rounding made so."""
+    """The direction cosines, with entries that are 0 or ±1 up to rounding made exact."""
     near = np.round(cosines)
     return np.where(np.abs(cosines - near) <= LAST_DIGIT, near, cosines)
 
@@ -108,21 +106,21 @@ def zx(direction: Array) -> tuple[float, float]:
 
 
 def zxz(cosines: Array) -> tuple[float, float, float]:
-    """a, b, c of R_z(a) R_x(b) R_z(c); c from what a and b leave, so that the product is exact where b is small."""
+    """a, b, c with C = R_z(a) R_x(b) R_z(c); c is computed from a, b and C, so that the product is accurate for small b too."""
     a, b = zx(cosines[:, 2])
     rest = product(product(about(2, a), about(0, b)).T, cosines)
     return a, b, value_of_numbers(ATAN2, *rest[1::-1, 0].tolist())
 
 
 def pace(a: Array) -> float:
-    """The largest geometric mean of |A_ij| over a cycle of dependence (n × n), 0 where nothing depends on itself (Karp 1978).
+    """The maximum cycle geometric mean of |A| (n × n), 0 if its graph has no cycle (Karp 1978).
 
-    It lies between a share 1/n of the spectral radius of |A| and that radius: √k of ẍ = −k x, c of ẋ = −c x.
+    It lies between 1/n of the spectral radius of |A| and that radius: √k of ẍ = −k x, c of ẋ = −c x.
     """
     n = len(a)
     with np.errstate(divide="ignore"):
         gains = np.log(np.abs(a))
-    # the largest gains of chains of k links that end at each x
+    # the largest products of k entries along a path that ends at each x
     chains = [np.zeros(n)]
     for _ in range(n):
         chains.append((gains + chains[-1]).max(axis=1, initial=-np.inf))
@@ -134,30 +132,30 @@ def pace(a: Array) -> float:
 
 
 def distinct(x: npt.ArrayLike) -> npt.NDArray[Any]:
-    """The values of an array in order, each once, as np.unique gives them, which first imports numpy.ma."""
+    """The sorted distinct values of an array, as np.unique, without its import of numpy.ma."""
     found = np.sort(np.asarray(x), axis=None)
     return found[np.append(True, found[1:] != found[:-1])] if found.size else found
 
 
 def median(x: npt.ArrayLike) -> float:
-    """The median of numbers (n), as np.median gives it, which first imports numpy.ma."""
+    """The median of numbers (n), as np.median, without its import of numpy.ma."""
     return float(medians(np.asarray(x, dtype=float)))
 
 
 def medians(x: Array, axis: int = 0) -> Array:
-    """The medians along an axis, NaN where a number is."""
+    """The medians along an axis, NaN where any number is NaN."""
     found = np.moveaxis(np.sort(x, axis=axis), axis, 0)
     middle = len(found) // 2
     return np.asarray(np.where(np.isnan(found[-1]), found[-1], (found[middle] + found[~middle]) / 2))
 
 
 def blocks(count: int, size: int = 64) -> Iterator[slice]:
-    """The places of so many matrices, block by block: those of a block, and what is made of them, stay in the processor's cache."""
+    """Slices of at most `size` among `count` matrices, so that a block and its results stay in the processor's cache."""
     return (slice(k, min(k + size, count)) for k in range(0, count, size))
 
 
 def common_shape(values: Mapping[Any, npt.ArrayLike]) -> tuple[int, ...]:
-    """The shape to which arrays broadcast; a SimulationError says whose do not."""
+    """The shape to which arrays broadcast. SimulationError, with the names, if they do not."""
     shapes = {name: shape for name, x in values.items() if (shape := np.shape(x))}
     try:
         return np.broadcast_shapes(*shapes.values())

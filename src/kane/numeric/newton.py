@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""f(x) = 0 by Gauss–Newton steps of least size, halved until they help: from one start in a trust region, or from many at once.
+"""f(x) = 0 by damped Gauss–Newton steps of minimum norm: from one start within a trust region, or from many starts at once.
 
-Of many starts, what moves and what must vanish are both measured by sizes of their own, so that units do not matter.
+From many starts x and f are scaled by their natural sizes, so that units do not matter.
 """
 
 import math
@@ -28,7 +28,7 @@ _STRAIGHT, _GROWTH = 0.1, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Closed:
-    """Where the steps ended, `x` (n), what is left of f there (m), and how many steps it took."""
+    """The end of the iteration: `x` (n), the residual f (m), and the number of steps."""
 
     x: Array
     residual: Array
@@ -48,10 +48,10 @@ def close(
     steps: int = 60,
     sizes: tuple[Array | float, Array | float] = (1.0, 1.0),
 ) -> Closed:
-    """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move.
+    """Steps in the `free` entries of x until the residual is below `limit` or falls no more.
 
-    `sizes` of f (m) and x (n) are what these are measured by. A step moves x by at most the radius of a trust region, which is 1 at
-    first and grows where f follows its tangent: what is linear is solved whatever the sizes of x are.
+    f (m) and x (n) are scaled by `sizes`. The radius of the trust region is 1 at first and grows while f agrees with its
+    linearization, so that linear equations are solved for any size of x.
     """
     columns, (rows, wide) = list(free), sizes
     scale = np.broadcast_to(wide, x.shape)[columns]
@@ -64,7 +64,7 @@ def close(
         slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
         before = length
         change = least_squares(slopes, -f / rows, FIXED_SHARE)
-        # what is weak may follow from the rest where all is closed: it moves x only where the rest alone does not lead there
+        # weak rows may follow from the others on the solution: include them only if the others alone do not reduce f enough
         firm = least_squares(slopes, -f / rows, NEAR_SINGULAR)
         if np.any(firm != change):
             x = best.x.copy()
@@ -101,7 +101,7 @@ def closest(
     limit: float = CLOSED_FULLY,
     astray: Callable[[Array], Array] | None = None,
 ) -> Closed:
-    """From the first start that leaves no more than `enough`, and does not go `astray`; where none does, the one that came nearest."""
+    """The end from the first start with a residual of at most `enough` that is not `astray`; else the end with the least residual."""
     best: Closed | None = None
     for x in starts:
         last = close(function, x, free, limit)
@@ -114,7 +114,7 @@ def closest(
 
 
 def starts(x: Array, free: Sequence[int], seed: int, spreads: Iterable[float]) -> Iterator[Array]:
-    """x, then x with those that are `free` displaced at random, by about each of `spreads` in turn."""
+    """x, then x with its `free` entries displaced at random, by about each of `spreads` in turn."""
     yield x
     generator = np.random.default_rng(seed)
     for spread in spreads:
@@ -124,7 +124,7 @@ def starts(x: Array, free: Sequence[int], seed: int, spreads: Iterable[float]) -
 
 
 def improved(at: T, size: Callable[[T], float], change: Callable[[T], T], limit: float, rounds: int) -> T:
-    """`at` changed again and again while that makes its size fall, down to `limit`, at most `rounds` times."""
+    """`at` after repeated `change`, at most `rounds` times, while its size falls and is above `limit`."""
     for _ in range(rounds):
         if not size(at) > limit:
             break
@@ -161,7 +161,7 @@ def _exact(x: Array, starts: Indices) -> float:
 
 
 class NaturalSizes(NamedTuple):
-    """How large each x (n) is by its nature, the terms of each f (m), and where f is the same a turn of 2π further."""
+    """The natural sizes of x (n) and of the terms of f (m), and which x are angles: f is periodic in them with 2π."""
 
     x: Array
     f: Array
@@ -170,7 +170,7 @@ class NaturalSizes(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosedMany:
-    """Where the steps ended, x (k × n), what is left of f there, `residual` (k × m), and its `shares` of the sizes of its terms."""
+    """The ends of the iterations, x (k × n), their `residual` f (k × m), and `shares`, the residual over the size of its terms."""
 
     x: Array
     residual: Array
@@ -183,11 +183,10 @@ class ClosedMany:
 
 
 def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact) -> NaturalSizes:
-    """NaturalSizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do.
+    """The natural sizes from values of f at x (k × n): that of an entry of x is the change that f's other terms correspond to.
 
-    What does not turn is drawn anew, smaller or larger, where f without it is made of much smaller or larger terms; those of `unit`
-    size are not. Values and slopes that are no larger than what `rounding` may leave of f say nothing; the size of an f that holds
-    everywhere is such that this counts as zero.
+    Entries that are no angles are scaled down or up first if the other terms of f are much smaller or larger; those of `unit` size are
+    not. Values and slopes within `rounding` are ignored; an f that vanishes everywhere gets a size beside which rounding is zero.
     """
     f, g, error = _values(function, x, rounding)
     g, usable = np.abs(g), _finite(f, g)
@@ -229,20 +228,20 @@ def _finite(f: Array, g: Array) -> Mask:
 
 
 def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) -> Mask:
-    """Which f turn with which of x (m × n), or do not depend on it: they are the same many turns of 2π further."""
+    """Which f (m × n) are periodic in which x, or do not depend on it: their values are the same many multiples of 2π further."""
     n, j = x.shape[1], int(np.argmax(usable))
     with np.errstate(all="ignore"):
         more, _ = function(x[j] + _TURNS * np.eye(n), np.full(n, j))
     slope = g[usable].max(axis=0)
-    # beside what this coordinate may change, and what rounding leaves of f, which a large constant in it is part of
+    # beside the possible change by this entry, and the rounding error of f, which grows with its constant terms
     limit = 1e-9 * slope * np.maximum(np.abs(x[j]), _TURNS) + 1e-14 * np.abs(f[usable]).max(axis=0)[:, None]
     return np.asarray(limit >= np.abs(more - f[j]).T)
 
 
 def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) -> Array:
-    """How many times as large as in x (k × n) what does not turn must be to change some f as much as the terms without it (n).
+    """The factor (n) for each entry of x (k × n) that is no angle, so that it changes some f as much as the other terms do.
 
-    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it but what rounding leaves.
+    It is a power of a thousand, so that models in metres have the same starts, and 1 if the other terms are only rounding.
     """
     k, free = len(x), ~turning.all(axis=0)
     extent = np.ones(x.shape[1])
@@ -265,7 +264,7 @@ def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) ->
 
 
 def close_many(function: Residuals, x: Array, size: NaturalSizes, accepted: Accepted | None = None) -> ClosedMany:
-    """Steps from each x (k × n), halved where they do not help; an x that turns moves by at most 1 a step."""
+    """The ends of steps from each x (k × n), halved until they reduce f; angles move by at most 1 rad per step."""
     x = x.copy()
     f, g = _scaled(function, x, np.arange(len(x)), size)
     left = np.abs(f).max(axis=1, initial=0)
@@ -296,7 +295,7 @@ def close_many(function: Residuals, x: Array, size: NaturalSizes, accepted: Acce
 
 
 def close_most(function: Residuals, x: Array, size: NaturalSizes, accepted: Accepted | None = None) -> ClosedMany:
-    """The same in few whole steps, where that is enough for a good part of the starts: which branch each comes to does not matter."""
+    """The ends of a few undamped steps, if many starts converge by them, else `close_many`; starts may change their branch."""
     start, every = x, np.arange(len(x))
     f, g = _scaled(function, x, every, size)
     for step in range(_QUICK):
@@ -317,7 +316,7 @@ def close_most(function: Residuals, x: Array, size: NaturalSizes, accepted: Acce
 
 
 def _polished(function: Residuals, x: Array, f: Array, g: Array, size: NaturalSizes) -> ClosedMany:
-    """One more step of what is closed, where it does not lead away: what is left then is rounding's, and is not taken for more."""
+    """One more step for the starts that have converged, unless it increases f, so that the residual is only rounding."""
     at = np.flatnonzero((np.abs(f).max(axis=1, initial=0) <= CLOSED) & np.isfinite(g).all(axis=(1, 2)))
     if len(at):
         trial = x[at] + _change(f[at], g[at], size)
@@ -329,7 +328,7 @@ def _polished(function: Residuals, x: Array, f: Array, g: Array, size: NaturalSi
 
 
 def _enough(x: Array, left: Array, accepted: Accepted | None) -> bool:
-    """Whether one of the starts is closed and accepted."""
+    """Whether one of the starts has converged and is accepted."""
     closed = np.flatnonzero(left <= ROUNDED_CHAIN)
     return len(closed) > 0 and (accepted is None or bool(accepted(x[closed], closed).any()))
 
@@ -340,7 +339,7 @@ def _scaled(function: Residuals, x: Array, members: Indices, size: NaturalSizes)
 
 
 def _change(f: Array, g: Array, size: NaturalSizes) -> Array:
-    """The least changes (k × n) with G δ = −f, nearly: G Gᵀ is made regular where rows depend on each other."""
+    """The minimum-norm steps δ (k × n) with G δ = −f; G Gᵀ is regularized, so that dependent rows do no harm."""
     across = np.swapaxes(g, 1, 2)
     square = g @ across
     m = f.shape[1]

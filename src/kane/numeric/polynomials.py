@@ -54,7 +54,7 @@ TO_LAST: Array = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _at - 1, D
 
 
 def _onward(gap: int) -> list[float]:
-    """Weights of the value at the beginning of a gap, and of the two before, in what a parabola through them is at its end."""
+    """The weights of the value at the beginning of a gap and of the two before in the parabola's value at its end."""
     before = [k for k in (gap, gap - 1, gap - 2) if k >= 0]
     weights = [math.prod((_at[gap + 1] - _at[j]) / (_at[k] - _at[j]) for j in before if j != k) for k in before]
     return [float(w) for w in weights] + [0.0] * (3 - len(before))
@@ -70,7 +70,7 @@ TO_BETWEEN: Array = _to_between @ TO_BERNSTEIN
 
 
 def left(values: Array) -> float:
-    """How far a quantity may be from the polynomial through its nine values."""
+    """An estimate of the difference between a quantity and the polynomial through its nine values."""
     return float(LEFT * np.abs(TO_LAST @ values).max())
 
 
@@ -102,13 +102,13 @@ def passages(of: Callable[[Array], Array], times: Array, values: Array) -> list[
 
 
 def _seen(times: Array, values: Array) -> list[Bracket]:
-    """Where signs differ between two places; zero belongs to what comes before it."""
+    """The brackets between neighbouring times with different signs; a zero belongs to the bracket that ends there."""
     pairs = pairwise(zip(map(float, times), map(float, values), strict=True))
     return [(s, t, a, b) for (s, a), (t, b) in pairs if (a > 0 and b <= 0) or (a < 0 and b >= 0)]
 
 
 def _resolved(values: Array, passages: int) -> bool:
-    """Whether no more passages than those between the places are left open, or nothing can be said."""
+    """Whether the bounds exclude further passages, or the values are not finite."""
     if not np.isfinite(values).all():
         return True
     coefficients, slack = TO_BERNSTEIN @ values, left(values)
@@ -118,19 +118,19 @@ def _resolved(values: Array, passages: int) -> bool:
 
 
 def _dips(values: Array) -> bool:
-    """Whether between two places of one sign a corner may pass zero."""
+    """Whether a corner may cross zero between two neighbouring values of the same sign."""
     return _leads_beyond(values) or _leads_beyond(values[::-1])
 
 
 def _leads_beyond(values: Array) -> bool:
-    """Whether from the places before a gap, whose ends have one sign, a parabola leads across zero within it."""
+    """Whether the parabola through the values before a gap, whose ends have the same sign, crosses zero within it."""
     padded = np.concatenate([values[:1], values[:1], values[:-1]])
     led = sum(weight * padded[2 - k : 2 - k + DEGREE] for k, weight in enumerate(TO_NEXT))
     return bool(((values[:-1] * values[1:] > 0) & (led * values[1:] < 0)).any())
 
 
 def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:
-    """Whether values between the places lie on the polynomial, too, or nothing can be said."""
+    """Whether three further values agree with the polynomial, or are not finite."""
     if not np.isfinite(values).all():
         return True
     between = of(times[0] + (times[-1] - times[0]) * BETWEEN)
@@ -139,16 +139,16 @@ def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:
 
 
 def _changes(values: Array) -> int:
-    """How often the sign changes, zeros left out."""
+    """The number of sign changes, without zeros."""
     signs = np.sign(values)
     signs = signs[signs != 0]
     return int((signs[1:] != signs[:-1]).sum())
 
 
 def zero_of(quantity: Callable[[float], float], start: float, end: float, a: float, b: float, xtol: float) -> float:
-    """Where a quantity passes zero between two times, a and b being what it was seen to be there.
+    """The time of a quantity's zero between two times, with its values a and b there, by Brent's method to `xtol`.
 
-    An end at which it now has the other side's sign, or is zero, is the place. Brent's method, to `xtol`.
+    If the quantity, evaluated again, is zero at an end or has the sign of the other end, that end is returned.
     """
     from scipy.optimize import brentq
 
@@ -171,7 +171,7 @@ D = Decimal
 
 
 class QuadratureRule(NamedTuple):
-    """Places x (m) and weights w (m) with Σ w f(x) = ∫ f dx."""
+    """The nodes x (m) and weights w (m) with Σ w f(x) = ∫ f dx."""
 
     places: Array
     weights: Array
@@ -220,7 +220,7 @@ def _rule(n: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def gauss(points: int, breaks: Sequence[float] = (0.0, 1.0)) -> QuadratureRule:
-    """Gauss's rule with so many points in each piece between two breaks, to the last digit."""
+    """Gauss's rule with `points` nodes in each interval between two breaks, rounded to the last digit."""
     x, w = map(np.array, _rule(points))
     starts = np.array(breaks[:-1])
     lengths = np.array(breaks[1:]) - starts

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pseudo-inertias: which masses, first moments and moments of inertia some distribution of mass has.
+"""Pseudo-inertia matrices: the condition for inertial parameters to be physically consistent, and a distance between them.
 
-With m, h = ∫ r dm and I about a point, and Σ = ∫ r rᵀ dm = ½ tr(I) 1 − I, those that a body can have are those with
+The mass m, h = ∫ r dm and I about a point belong to some distribution of mass if, with Σ = ∫ r rᵀ dm = ½ tr(I) 1 − I,
 
     J = ⎡Σ  h⎤ ⪰ 0
         ⎣hᵀ m⎦
 
 (Wensing, Kim, Slotine 2018, Linear matrix inequalities for physically consistent inertial parameter identification, IEEE Robotics
-and Automation Letters 3(1), 60–67). How far J is from J₀ is told by tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4 = Σ (λ − 1 − log λ) ≥ 0 with the
-eigenvalues λ of J by J₀, which no choice of units changes, and is infinite where J ceases to be positive (Lee, Wensing, Park 2020,
-Geometric robot dynamic identification, IEEE Transactions on Robotics 36(2), 348–365).
+and Automation Letters 3(1), 60–67). The distance of J from J₀ is tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4 = Σ (λ − 1 − log λ) ≥ 0 with the
+eigenvalues λ of J₀⁻¹ J; it does not depend on units, and is infinite if J is not positive definite (Lee, Wensing, Park 2020, Geometric
+robot dynamic identification, IEEE Transactions on Robotics 36(2), 348–365).
 """
 
 import numpy as np
@@ -45,13 +45,13 @@ def of(values: Array) -> Array:
 
 
 def made_positive(j: Array) -> Array:
-    """The nearest to J whose eigenvalues are above zero."""
+    """The nearest symmetric matrix to J with positive eigenvalues."""
     values, vectors = np.linalg.eigh(j)
     return np.asarray((vectors * np.maximum(values, _INSIDE * max(float(values[-1]), 1e-300))) @ vectors.T)
 
 
 def root_of(j: Array) -> Array | None:
-    """L of J = L Lᵀ; None where J is not positive."""
+    """The Cholesky factor L of J = L Lᵀ; None if J is not positive definite."""
     try:
         return np.asarray(np.linalg.cholesky(j))
     except np.linalg.LinAlgError:
@@ -59,7 +59,7 @@ def root_of(j: Array) -> Array | None:
 
 
 def distance(lower: Array, first: Array) -> float:
-    """Between J = L Lᵀ and J₀."""
+    """The distance of J = L Lᵀ from J₀ = `first`."""
     back = np.linalg.solve(first, lower @ lower.T)
     return float(np.trace(back)) - float(np.linalg.slogdet(back)[1]) - len(first)
 

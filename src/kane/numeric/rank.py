@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rank: what a matrix of numbers determines, whatever the units of its rows and columns. Every decision on rank is made here.
+"""Numerical rank by singular values of balanced matrices, and minimum-norm solutions in the mass metric. All rank decisions are here.
 
-A is divided by the sizes of its rows and columns; a singular value counts as zero where its share of the largest is no larger than
-a threshold of the list below.
+A is balanced: divided by the sizes of its rows and columns, so that units do not matter. A singular value counts as zero if its ratio
+to the largest does not exceed a threshold of `kane.numeric.scale`.
 
-Least changes that satisfy linear conditions: in the mass metric, or in that of the numbers as they are.
-
-In the metric ½ δᵀM δ the least δ with A δ = r is M⁻¹Aᵀ (A M⁻¹ Aᵀ)⁺ r, with a pseudo-inverse, so that redundant rows do no harm.
-What has no mass is made a little heavy, whatever its unit.
+In the mass metric the δ of least ½ δᵀM δ with A δ = r is M⁻¹Aᵀ (A M⁻¹ Aᵀ)⁺ r, with a pseudoinverse, so that redundant rows do no
+harm. Directions without mass get a small one, independent of units.
 """
 
 from __future__ import annotations
@@ -43,14 +41,14 @@ class Balanced:
 def balance(
     a: Array, reach: Array | float | None = None, *, order: tuple[int, ...] = (0, 1, 0, 1), rounding: float = ROUNDED
 ) -> Balanced:
-    """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first.
+    """A with rows and columns divided by their largest entries; entries within rounding are set to zero first.
 
     Parameters
     ----------
     a : A (m × n), or several (… × m × n)
-    reach : sizes that the entries have had along a motion (m × n): measured by them, what is small now shows
-    order : which sizes are divided out one after the other, those of columns (0) or of rows (1)
-    rounding : share of the largest entry that is dropped
+    reach : largest sizes of the entries along a motion (m × n), to divide by, so that entries that are small now are seen as such
+    order : the sequence of divisions, by sizes of columns (0) or of rows (1)
+    rounding : ratio to the largest entry below which entries are set to zero
     """
     sizes = np.abs(a)
     largest = sizes.max(axis=(-2, -1), keepdims=True, initial=0)
@@ -76,7 +74,7 @@ def balanced(a: Array, reach: Array | float | None = None) -> Array:
 
 
 def level(rows: Array, rounding: float = ROUNDED_SUM) -> Array:
-    """Rows (m × n) divided by their largest entries, those of rounding alone zero."""
+    """Rows (m × n) divided by their largest entries; rows within rounding become zero."""
     size = np.abs(rows).max(axis=1, keepdims=True, initial=0)
     counts = size > rounding * size.max(initial=0)
     return np.where(counts, rows / np.where(counts, size, 1.0), 0.0)
@@ -84,40 +82,40 @@ def level(rows: Array, rounding: float = ROUNDED_SUM) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Singular:
-    """A = `left` diag(`values`) `right`, the values falling; what a threshold says of them."""
+    """The singular value decomposition A = `left` diag(`values`) `right`, values in descending order, and rank by a threshold."""
 
     left: Array
     values: Array
     right: Array
 
     def rank(self, threshold: float) -> int:
-        """How many singular values count."""
+        """The number of singular values above `threshold` times the largest."""
         return int((self.values > threshold * self.values[:1]).sum())
 
     def kernel(self, threshold: float) -> Array:
-        """The x with A x = 0, orthonormal, one a row."""
+        """An orthonormal basis of the x with A x = 0, one per row."""
         return self.right[self.rank(threshold) :]
 
     def cokernel(self, threshold: float) -> Array:
-        """The x with xᵀ A = 0, orthonormal, one a row."""
+        """An orthonormal basis of the x with xᵀ A = 0, one per row."""
         return self.left[:, self.rank(threshold) :].T
 
     def regular(self, threshold: float) -> bool:
-        """Whether the least singular value counts."""
+        """Whether no singular value counts as zero."""
         return self.rank(threshold) == len(self.values)
 
 
 def singular(a: Array) -> Singular:
-    """The singular values of A (m × n) as it stands: balanced before, or in units that compare."""
+    """The singular value decomposition of A (m × n), which is not balanced here."""
     if not a.size:
         return Singular(np.eye(len(a)), np.zeros(0), np.eye(a.shape[1]))
     return Singular(*np.linalg.svd(a))
 
 
 def surely_regular(a: Array, threshold: float) -> Mask:
-    """Of which matrices (k × m × n, m ≤ n) the least singular value counts, by σ_m ≥ 1/‖A⁻¹‖ and σ_1 ≤ ‖A‖ in Frobenius' norm.
+    """Which matrices (k × m × n, m ≤ n) are certainly regular, by σ_m ≥ 1/‖A⁻¹‖ and σ_1 ≤ ‖A‖ in the Frobenius norm.
 
-    Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said.
+    Wide matrices are judged by A Aᵀ, whose singular values are σ². False if the bounds do not decide.
     """
     whole = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     m, power = a.shape[1], 1 if a.shape[1] == a.shape[2] else 2
@@ -126,7 +124,7 @@ def surely_regular(a: Array, threshold: float) -> Mask:
         inner = np.where(whole[:, None, None], inner, np.eye(m))
     try:
         share = 1 / np.sqrt(_squares(inner) * _squares(np.asarray(np.linalg.inv(inner))))
-    except np.linalg.LinAlgError:  # where one is singular there is no inverse of any
+    except np.linalg.LinAlgError:  # np.linalg.inv fails for all if one is singular
         values = np.linalg.svd(inner, compute_uv=False)
         share = values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
     return np.asarray(whole & (share > max(threshold**power, ROUNDED)))
@@ -139,7 +137,7 @@ def _squares(a: Array) -> Array:
 
 
 def null_direction(a: Array, threshold: float) -> Array | None:
-    """x (n) with A x = 0, its entries scaled; None where A is regular (or not finite, so that nothing can be said)."""
+    """A scaled x (n) with A x = 0; None if A is regular or not finite."""
     if not np.all(np.isfinite(a)):
         return None
     values = singular(balance(a, rounding=0.0).matrix)
@@ -147,7 +145,7 @@ def null_direction(a: Array, threshold: float) -> Array | None:
 
 
 def negative_direction(m: Array) -> Array | None:
-    """x (n), its entries scaled, with xᵀ M x < 0 beyond rounding; None where there is none, or M is not finite."""
+    """A scaled x (n) with xᵀ M x < 0 beyond rounding; None if there is none, or M is not finite."""
     if not np.all(np.isfinite(m)):
         return None
     size = np.sqrt(np.abs(np.diag(m)))
@@ -157,12 +155,12 @@ def negative_direction(m: Array) -> Array | None:
 
 
 def dependencies(a: Array) -> Array:
-    """The vectors x with Σ x_i A_i / size_i = 0, a row each (k × m), for the rows A_i of A and what balancing divides them by."""
+    """A basis (k × m) of the x with Σ x_i A_i / size_i = 0, for the rows A_i of A and their sizes in balancing."""
     return singular(balanced(a)).cokernel(DERIVE_RANK)
 
 
 def indeterminate(a: Array) -> Mask:
-    """Which multipliers (m) the forces in the speeds do not determine: those in which a vector x with xᵀ A = 0 is not zero."""
+    """Which multipliers (m) are not determined by Aᵀ λ: those for which some x with xᵀ A = 0 has a nonzero entry."""
     return np.asarray(np.abs(dependencies(a)).max(axis=0, initial=0) > TAKES_PART)
 
 
@@ -174,28 +172,28 @@ def within(a: Array, column: Array) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mixed:
-    """Combinations `rows` (k × m) of the rows of A, those that are small everywhere enlarged; `reach` (k × n) are the sizes of theirs.
+    """Combinations `rows` (k × m) of the rows of A, scaled up if they are small along a whole motion, and the sizes `reach` (k × n).
 
-    They stand in the places of the rows where it is asked which of them count.
+    Their rank is decided in the place of that of the rows.
     """
 
     rows: Array
     reach: Array
 
     def grown(self, a: Array) -> Mixed:
-        """With the sizes that the entries have at A too."""
+        """The combinations with `reach` extended by the sizes at A."""
         return Mixed(self.rows, np.maximum(self.reach, np.abs(self.rows @ a)))
 
 
 def weak_values(values: Array) -> Mask:
-    """Which singular values count at a configuration and not along a motion."""
+    """Which singular values exceed the threshold of a configuration but not that of a motion."""
     return np.asarray((values > DERIVE_RANK * values[:1]) & (values <= MOTION_RANK * values[:1]))
 
 
 def mixed(a: Array, reach: Array | float = 0.0) -> Mixed:
-    """The combinations that the singular values of A say, those that count at a configuration and not along a motion made as large.
+    """The combinations of rows by the singular vectors of A, with those of `weak_values` scaled up.
 
-    Where nothing is left of a combination here its size is that of the terms it is made of.
+    The size of the other combinations includes that of their terms, since they may cancel at this configuration.
     """
     seen = np.maximum(reach, np.abs(a))
     seen = np.where(seen > ROUNDED * seen.max(initial=0), seen, 0.0)
@@ -207,9 +205,9 @@ def mixed(a: Array, reach: Array | float = 0.0) -> Mixed:
 
 
 def combinations(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None) -> tuple[Array, Array]:
-    """Independent combinations of the rows of A (k × m), and its singular values (k), A divided by the sizes its rows and columns had.
+    """Independent combinations of the rows of A (k × m), and the singular values (k) of A balanced by the sizes `reach`.
 
-    So units do not matter, and a row that vanishes now is not mistaken for one in small units; those of `mix` are taken for it.
+    With `reach` a row that vanishes at this configuration differs from one in small units. `mix` replaces the rows by combinations.
     """
     if mix is not None:
         rows, sizes = combinations(mix.rows @ a, mix.reach)
@@ -220,13 +218,13 @@ def combinations(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None)
 
 
 def sure_rows(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None) -> Array:
-    """The combinations of the rows of A that count in a motion (rank × m)."""
+    """The combinations of the rows of A above the threshold of a motion (rank × m)."""
     rows, values = combinations(a, reach, mix)
     return np.asarray(rows[values > MOTION_RANK * values[0]])
 
 
 class Spectrum(NamedTuple):
-    """Eigenvalues λ (n) of a real A, their vectors (n × n, columns), and how far rounding may move Re λ (n)."""
+    """Eigenvalues λ (n) of a real A, eigenvectors (n × n, columns), and bounds on the rounding errors of Re λ (n)."""
 
     values: Complex
     vectors: Complex
@@ -234,10 +232,10 @@ class Spectrum(NamedTuple):
 
 
 def spectrum(a: Array) -> Spectrum:
-    """The eigenvalues of A, measured such that rows and columns are alike.
+    """The eigenvalues of A, with rounding errors of the balanced matrix.
 
-    Of vectors x and y from the left, δA moves Re λ by Re (yᴴ δA x / yᴴx) to the first order. What rounding makes of A is real: it
-    moves the frequency of what swings, and its real part hardly, however large other frequencies are.
+    With right and left eigenvectors x and y, δA changes Re λ by Re (yᴴ δA x / yᴴx) to first order. As δA is real, rounding changes the
+    frequency of an oscillation but hardly its damping, even beside much larger frequencies.
     """
     if not a.size:
         return Spectrum(np.zeros(0, complex), np.zeros((0, 0), complex), np.zeros(0))
@@ -247,7 +245,7 @@ def spectrum(a: Array) -> Spectrum:
     found: Any = eig(a, left=True, right=True)
     values, left, right = found
     x, y = right / scale[:, None], left * scale[:, None]
-    with np.errstate(all="ignore"):  # of a λ that has several vectors too few yᴴx is zero
+    with np.errstate(all="ignore"):  # yᴴx is zero for a defective λ
         y = y / np.conj((y.conj() * x).sum(axis=0))
         # ‖Re (ȳ xᵀ)‖ of each
         parts = (y.real**2).sum(axis=0) * (x.real**2).sum(axis=0) + (y.imag**2).sum(axis=0) * (x.imag**2).sum(axis=0)
@@ -258,10 +256,10 @@ def spectrum(a: Array) -> Spectrum:
 
 
 def decays(a: Array, found: Spectrum | None = None) -> bool:
-    """Whether all x of ẋ = A x die out: no λ has Re λ ≥ 0, nor has any of a matrix that is A but for rounding.
+    """Whether ẋ = A x is asymptotically stable beyond rounding: Re λ < 0 for A and for all matrices that differ by rounding.
 
-    Re λ is below zero by more than rounding moves it; or A − iω is regular beside λ, as where λ has several vectors too few.
-    `found` is its spectrum, where that is known.
+    Each Re λ is below zero by more than its rounding error, or, as for defective λ, A − iω is regular at ω = Im λ. `found` is the
+    spectrum, if known.
     """
     values, _, rounding = found or spectrum(a)
     if not np.all(values.real < 0):
@@ -275,26 +273,26 @@ def decays(a: Array, found: Spectrum | None = None) -> bool:
     return bool(np.all(least > ROUNDED * np.linalg.norm(alike)))
 
 
-# Lengths in the metric of M ------------------------------------------------------------------------------------------
+# Minimum norm in the metric of M -------------------------------------------------------------------------------------
 
 
 _LIGHT = 1e-6
-"""Inertia given to a coordinate without mass, over what the constraints reflect onto it: others take that share of its changes."""
+"""Inertia given to a coordinate without mass, as a share of that reflected to it by constraints."""
 _DEFINITE = 1e-10
-"""Least eigenvalue of M, scaled to a unit diagonal, over the largest."""
+"""The least ratio of eigenvalues of M, scaled to a unit diagonal; smaller eigenvalues are raised to it."""
 _EXACT = 1e-14
-"""Share of the largest singular value below which one is dropped where the rows were found independent before."""
+"""Ratio to the largest singular value below which one is dropped if the rows are known to be independent."""
 
 
 def least_squares(a: Array, right: Array, share: float = SPEEDS_RANK) -> Array:
-    """The least x (n) of those nearest to A x = right; singular values of A below that share of the largest count as zero."""
+    """The minimum-norm least-squares solution x (n) of A x = right; singular values below `share` of the largest count as zero."""
     return np.asarray(np.linalg.lstsq(a, right, rcond=share)[0])
 
 
 def least_change(m: Array, a: Array, right: Array, reach: Array | float = 0.0, mix: Mixed | None = None) -> Array:
-    """The δ (n) of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent.
+    """The δ (n) of least δᵀM δ with A δ = right, in the least-squares sense if the rows of A are dependent.
 
-    Which of them count is judged by the sizes `reach` that entries of A have had, and by the combinations `mix` in their places.
+    Rank is decided by the sizes `reach` of the entries of A along the motion, and by the combinations `mix` in place of the rows.
     """
     scale = metric(m, np.maximum(reach, np.abs(a)))
     sure = sure_rows(a, reach, mix)
@@ -304,7 +302,7 @@ def least_change(m: Array, a: Array, right: Array, reach: Array | float = 0.0, m
 def least_constraint(
     m: Array, a: Array, f: Array, right: Array, reach: Array | float = 0.0, mix: Mixed | None = None
 ) -> Array:
-    """The x (n) of least ½ xᵀM x − fᵀx with A x = right, Gauss's principle: M x + Aᵀλ = f, M being definite where A leaves x free."""
+    """The x (n) of least ½ xᵀM x − fᵀx with A x = right (Gauss's principle): M x + Aᵀλ = f, M definite on the null space of A."""
     size = np.sqrt(reflected(_diagonal(m), np.maximum(reach, np.abs(a))))
     sure = sure_rows(a, reach, mix)
     rows = sure @ a / size
@@ -315,20 +313,20 @@ def least_constraint(
 
 
 def mobility(m: Array, a: Array) -> Array:
-    """S (n × n) with S Sᵀ = M⁻¹, where what has no mass moves as the masses do that the constraints join to it."""
+    """S (n × n) with S Sᵀ = M⁻¹, where coordinates without mass have the inertia reflected to them by constraints."""
     return metric(m, a, 1.0)
 
 
 def row_sizes(m: Array, a: Array) -> Array:
-    """How large the rows of A (k × n) are over what the masses let each x move (k), infinite where nothing moves: so rows compare."""
+    """The largest |a_i| / √m_i of each row of A (k × n), with reflected masses m, to compare rows (k); infinite for zero rows."""
     sizes = (np.abs(a) / np.sqrt(reflected(_diagonal(m), np.abs(a)))).max(axis=1, initial=0)
     return np.asarray(np.where(sizes > 0, sizes, np.inf))
 
 
 def sizes(a: Array, root: Array) -> Array:
-    """How large the entries of A (m × n) could be: a row's largest share of A S, over what the mass lets each x move, S Sᵀ = M⁻¹ in x.
+    """The sizes that the entries of A (m × n) may have: a row's largest |a_i| s_i, divided by s_i, the norm of row i of S = `root`.
 
-    Near a dead centre a row is a short one in one x alone; divided by themselves its entries would all look alike.
+    Near a dead centre a row has one small entry alone, which division by its own size would hide.
     """
     mobile = np.linalg.norm(root, axis=1)
     mobile = np.where(mobile > 0, mobile, 1.0)
@@ -336,10 +334,10 @@ def sizes(a: Array, root: Array) -> Array:
 
 
 def metric(m: Array, a: Array | None = None, light: float = _LIGHT) -> Array:
-    """S (n × n) with S Sᵀ = M⁻¹; directions that move no mass are made a little heavy: free to move but not arbitrary.
+    """S (n × n) with S Sᵀ = M⁻¹, where directions without mass get a small one, so that their changes are determined.
 
-    For a coordinate alone that means: it has `light` of the inertia that the constraints reflect onto it, whatever its unit. A mass
-    below zero counts as none.
+    A coordinate gets at least `light` times the inertia reflected to it by constraints, independent of units. Negative masses count
+    as zero.
     """
     own = _diagonal(m)
     added = np.maximum(light * reflected(own, np.zeros((0, len(m))) if a is None else a) - own, 0.0)
@@ -352,15 +350,15 @@ def metric(m: Array, a: Array | None = None, light: float = _LIGHT) -> Array:
 
 
 def _diagonal(m: Array) -> Array:
-    """The diagonal of M (n), where what rounding left of zero in a partial velocity comes squared."""
+    """The diagonal of M (n), with zeros for entries within the square of rounding, as partial velocities enter squared."""
     own = np.diag(m)
     return np.where(own > ROUNDED**2 * own.max(initial=0), own, 0.0)
 
 
 def reflected(mass: Array, a: Array) -> Array:
-    """What each x (n) has of inertia: its own mass, or without one m (a_i/a)² of the lightest m that a row a of A joins to it.
+    """The inertia of each x (n): its mass or, without one, the reflected inertia m (a_i/a)² of the lightest m coupled by a row a of A.
 
-    Row after row, so that it comes through chains of parts without mass. Where no mass is joined at all, x is measured by its rows.
+    Applied repeatedly, through chains of massless parts. An x coupled to no mass gets the square of its share in its rows.
     """
     if np.all(mass > 0):
         return mass
@@ -379,7 +377,7 @@ def reflected(mass: Array, a: Array) -> Array:
 
 
 def of_unit_length(x: Array, sets: Iterable[Sequence[int]]) -> Array:
-    """x (n) with its Euler parameters, at the places of each set, divided by their length."""
+    """x (n) with the Euler parameters at the indices of each set divided by their length."""
     x = x.copy()
     for places in map(list, sets):
         x[places] /= np.linalg.norm(x[places])

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A value for every symbol: the one given, else a parameter's default, else a number drawn at random.
+"""Values for symbols: given ones, else defaults of parameters, else reproducible random numbers.
 
-What is drawn depends on the seed and the symbol's declaration alone: not on what else was drawn, nor on the process.
-
-Users give numbers for symbols by themselves or by name.
+A random number depends on the seed and the symbol's declaration alone, not on other draws or on the process. Users give values by
+symbol or by name.
 """
 
 import math
@@ -33,9 +32,9 @@ _WORD = 2**64 - 1
 
 
 def draw(seed: int, symbol: Expr, low: float = LOW, high: float = HIGH) -> float:
-    """A number between `low` and `high`: the structural key of the symbol, mixed with the seed.
+    """A pseudorandom number between `low` and `high`, by SplitMix64 (Steele, Lea & Flood 2014) of the symbol's key and the seed.
 
-    The mixing is that of SplitMix64 (Steele, Lea & Flood 2014): every bit of the result depends on every bit of its argument.
+    Every bit of the result depends on every bit of both.
     """
     z = (symbol.key + seed * 0x9E3779B97F4A7C15) & _WORD
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _WORD
@@ -44,7 +43,7 @@ def draw(seed: int, symbol: Expr, low: float = LOW, high: float = HIGH) -> float
 
 
 def draws(seeds: int, symbols: Iterable[Expr]) -> NDArray[np.float64]:
-    """What `draw` gives for each of the symbols with the seeds 0, 1, …, by rows."""
+    """The numbers of `draw` (seeds × symbols) with the seeds 0, 1, …."""
     keys = np.array([s.key & _WORD for s in symbols], dtype=np.uint64)
     z = keys[:, None] + np.arange(seeds, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -54,21 +53,21 @@ def draws(seeds: int, symbols: Iterable[Expr]) -> NDArray[np.float64]:
 
 
 def value_of(symbol: Any, seed: int) -> float:
-    """The default of the symbol, where it has one, else a number drawn."""
+    """The default of the symbol, else a random number."""
     return draw(seed, symbol) if symbol.default is None else float(symbol.default)
 
 
 def values_of(symbols: Iterable[Any], seed: int, values: Mapping[Any, float] | None = None) -> dict[Any, float]:
-    """A value for every symbol: the one in `values`, else its default, else a number drawn. Keeps the other `values` too."""
+    """A value for every symbol: the one in `values`, else its default, else a random number. Other entries of `values` are kept."""
     complete = dict(values or {})
     complete.update((s, value_of(s, seed)) for s in symbols if s not in complete)
     return complete
 
 
 def unit(values: dict[Any, Any], groups: Iterable[Sequence[Any]]) -> dict[Any, Any]:
-    """The same with the values of each group divided by its length: Euler parameters are those of rotations.
+    """The values with each group of Euler parameters divided by its length, as those of a rotation.
 
-    Others would scale what they turn, from link to link, by as many factors as there are links.
+    Otherwise vectors would be scaled by one more factor in each link.
     """
     for group in groups:
         own = np.array([values[e] for e in group if e in values])
@@ -78,10 +77,10 @@ def unit(values: dict[Any, Any], groups: Iterable[Sequence[Any]]) -> dict[Any, A
 
 
 def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = (), spread: float = 1.0) -> list[float]:
-    """Values at one point: parameters at their defaults, other symbols drawn; `groups` of them are Euler parameters.
+    """The values of expressions with parameters at their defaults and other symbols random; `groups` are Euler parameters.
 
-    What is drawn is multiplied by `spread`, but for angles and Euler parameters. For questions about structure (is this zero
-    everywhere?), asked while deriving: one pass over the graph.
+    Random numbers are multiplied by `spread`, except angles and Euler parameters. Used in derivations for structural questions, as
+    whether an expression is zero everywhere: one pass over the graph.
     """
     wanted = list(roots)
     values: dict[Expr, float] = {}
@@ -111,12 +110,12 @@ def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = 
 
 
 def _sized(symbol: Any) -> bool:
-    """Whether the size of a symbol is known: a parameter's, and that of an angle."""
+    """Whether a symbol has a known size, as parameters and angles have."""
     return isinstance(symbol, Parameter) or bool(symbol.unit and not any(parse(symbol.unit).exponents))
 
 
 def default_of(e: Expr) -> float | None:
-    """The value at the defaults of parameters; None where one has none, or where other symbols are in it."""
+    """The value at the defaults of parameters; None if a parameter has no default, or if there are other symbols."""
     symbols = [node for node in postorder([e]) if node.op is SYMBOL]
     if any(not isinstance(s, Parameter) or s.default is None for s in symbols):
         return None
@@ -169,7 +168,7 @@ def stands_for_zeros(what: str, given: Any) -> bool:
 
 
 def symbols_named(what: str, symbols: Sequence[Symbol], keys: Any) -> Symbols[Any]:
-    """The symbols that a list of symbols and names means, in the order of the list."""
+    """The symbols given by a list of symbols and names, in the order of the list."""
     by_name = {s.name: s for s in symbols}
     found = []
     for key in _listed(what, symbols, keys):
@@ -188,14 +187,14 @@ def names_in(expected: str, given: Any) -> list[str]:
 
 
 def symbol_named(symbols: Iterable[Symbol], key: Any) -> Symbol:
-    """The one of `symbols` that a symbol or name means."""
+    """The symbol of `symbols` given as a symbol or by name."""
     symbol: Symbol
     (symbol,) = symbols_named("symbols", tuple(symbols), [key])
     return symbol
 
 
 def unknown(key: Any, symbols: Iterable[Symbol]) -> str:
-    """What is said of a key that is none of `symbols`: how it differs from the one of its name, or which names resemble it."""
+    """Words for a key that is not in `symbols`: its difference from the symbol of the same name, or similar names."""
     names = {s.name: s for s in symbols}
     if isinstance(key, Symbol) and key.name in names:
         return (
@@ -211,7 +210,7 @@ def _symbol_of(by_name: Mapping[str, Symbol], key: Any) -> Symbol | None:
 
 
 def _listed(what: str, symbols: Sequence[Symbol], given: Any) -> Iterable[Any]:
-    """What stands in a list, a tuple or an array."""
+    """The entries of a list, a tuple or an array."""
     flat = isinstance(given, np.ndarray) and given.ndim == 0
     if flat or isinstance(given, str | Expr) or not isinstance(given, Iterable):
         cure = f" Write [{given}]." if len(symbols) == 1 and isinstance(given, int | float) else ""
@@ -238,7 +237,7 @@ def finite_number(what: str, name: str, value: Any) -> float:
 
 
 def _came(what: str, name: str, value: Any) -> str:
-    """What came in the place of a number, and what to do."""
+    """Words for a value that is not a number, and the cure."""
     if isinstance(value, Expr):
         cure = f", or write it into the model in the place of {name}" if "time" in what else ""
         return f"the expression {cut(value)}. Give the number that it stands for, kn.evaluate(…){cure}."

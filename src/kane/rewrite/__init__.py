@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 0: sums and products with fewer operations: one graph, rules as rows of tables, one price, one heap of divisors."""
+"""Layer 0: algebraic factorization of sums and products into fewer operations (Brayton & McMullen 1982): graph, rules, divisors."""

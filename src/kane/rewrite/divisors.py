@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What several terms share, taken out of them: one heap of divisors, the one that gains most first.
+"""Greedy extraction of common divisors from sums of products, with a heap ordered by gain.
 
-Three rows show divisors in the terms of a graph (the kernels and cubes of fast_extract; Rajski and Vasudevamurthi 1992, *IEEE
-Trans. CAD* 11(6), p. 778, with signs, constants and tiers): a factor of several terms of a sum, a pair of terms that stand in several
-sums or under several factors, and a pair of factors of several products.
+There are three kinds of divisors (the kernels and cubes of fast_extract; Rajski and Vasudevamurthi 1992, *IEEE Trans. CAD* 11(6),
+p. 778, extended by signs, constants and tiers): a factor of several terms of a sum, a pair of terms in several sums or with several
+factors, and a pair of factors of several products.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _SEVERAL = 2
 
 
 class DivisorKind(ABC):
-    """A kind of divisor: `places` gives where each one stands, `lone` the place of one met once; `rank` orders equal gains.
+    """A kind of divisor: `places` are its occurrences, `lone` the occurrence of one found once; `rank` orders equal gains.
 
-    A place is a term, or a pair of them. Places are entered when their terms come, and left out when they are next asked for.
-    `fresh` are the divisors with new places, `often` says how often one was taken out.
+    A place is a term or a pair of terms. Places are entered with new terms, and those of removed terms are dropped when next read.
+    `fresh` are the divisors with new places, `often` counts how often each was extracted.
     """
 
     rank: ClassVar[int]
@@ -40,33 +40,33 @@ class DivisorKind(ABC):
 
     @abstractmethod
     def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
-        """The divisors that a new term shows, each with its place: of literals that other terms hold, too; `lone` counts the rest."""
+        """The divisors in a new term, with places, of literals that occur in other terms too; `lone` counts the other literals."""
 
     @abstractmethod
     def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
-        """Those that a term shows besides, when another one holds its literal x, too."""
+        """The further divisors in term t once its literal x occurs in another term."""
 
     def stands(self, place: Any) -> bool:
-        """Whether a place is there still."""
+        """Whether the terms of a place still exist."""
         owner: int = self.graph.owner[place]
         return owner >= 0
 
     def standing(self, key: Any) -> bool:
-        """Whether a divisor stands in several places still."""
+        """Whether a divisor still has several places; drops the others."""
         owner = self.graph.owner
         held = self.places[key] = [t for t in self.places[key] if owner[t] >= 0]
         return len(held) >= _SEVERAL
 
     @abstractmethod
     def gain(self, key: Any) -> int:
-        """By how much the price falls when a divisor is taken out of all its places."""
+        """The decrease of the price by extracting a divisor from all its places."""
 
     @abstractmethod
     def taken(self, key: Any) -> list[int]:
-        """Take a divisor out; gives the sums that changed."""
+        """Extracts a divisor; the sums that changed."""
 
     def _made(self, terms: list[tuple[int, Cube]], places: list[tuple[list[int], Cube, int]]) -> list[int]:
-        """The sum of `terms`, and in its places, each terms of one sum, its product with a cube."""
+        """Makes the sum of `terms` and puts its product with a cube in each of `places`, for the terms of one sum."""
         g = self.graph
         d, sign = g.sum(terms)
         changed = [x >> 1 for _, cube in terms for x in cube if g.terms[x >> 1] is not None]
@@ -83,7 +83,7 @@ class DivisorKind(ABC):
 
 
 class Factor(DivisorKind):
-    """A literal of several terms of one sum: what all of them share leaves the sum."""
+    """A literal in several terms of one sum; their common cube is factored out."""
 
     rank = 0
 
@@ -111,7 +111,7 @@ class Factor(DivisorKind):
 
 
 class Pair(DivisorKind):
-    """Two terms without what they share, as they stand in several sums or beside several factors."""
+    """Two terms without their common cube, in several sums or with several factors."""
 
     rank = 1
 
@@ -170,7 +170,7 @@ class Pair(DivisorKind):
 
 
 class CubePair(DivisorKind):
-    """Two literals that stand in several products."""
+    """Two literals in several products."""
 
     rank = 2
 
@@ -217,7 +217,7 @@ DIVISORS: tuple[type[DivisorKind], ...] = (Factor, Pair, CubePair)
 
 
 class DivisorSearch:
-    """The divisors of all rows with their gains, kept while terms come and go."""
+    """The search over all kinds of divisors, with gains updated as terms are added and removed."""
 
     def __init__(self, graph: Graph, price: Price, rows: Iterable[type[DivisorKind]] = DIVISORS) -> None:
         self.graph = graph
@@ -233,7 +233,7 @@ class DivisorSearch:
         graph.listener = self
 
     def enter(self, t: int) -> None:
-        """Enter a term with what it shows."""
+        """Adds a term with its divisors."""
         often, first, lone, owner = self._often, self._first, self._lone, self.graph.owner
         alone = 0
         for x in dict.fromkeys(self.graph.cube[t]):
@@ -270,7 +270,7 @@ class DivisorSearch:
                     lone[key] = place
 
     def run(self) -> int:
-        """Take out divisors as long as one gains; gives what was gained."""
+        """Extracts divisors while one has a gain; the total gain."""
         total = 0
         while found := self._best():
             row, key, gain = found
@@ -281,7 +281,7 @@ class DivisorSearch:
         return total
 
     def _best(self) -> tuple[DivisorKind, Any, int] | None:
-        """The divisor that gains most."""
+        """The divisor with the largest gain, with it; None if none has a gain."""
         for row in self.rows:
             for key in row.fresh:
                 self._push(row, key)
@@ -308,7 +308,7 @@ class DivisorSearch:
 
 
 def _holds(cube: Cube, part: Cube) -> bool:
-    """Whether a cube holds all literals of another one."""
+    """Whether a cube contains all literals of another one."""
     if len(part) == 1:
         return part[0] in cube
     left = list(cube)
@@ -320,7 +320,7 @@ def _holds(cube: Cube, part: Cube) -> bool:
 
 
 def _without_common(a: Cube, b: Cube) -> tuple[Cube, Cube]:
-    """Two cubes without the literals that they share."""
+    """Two cubes without their common literals."""
     left = list(b)
     rest = []
     for x in a:

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sums of products as one graph: what rewriting rules read and change.
+"""The graph of sums of products on which rewriting rules work, in the representation of Brayton & McMullen 1982, and its price.
 
-A node is an input, a constant above zero, a function of nodes, or a sum. A sum holds terms, each a sign and a cube: a product of
-powers of nodes, its literals. A product is a sum of one term. Signs cost nothing and stand with terms, arguments and results alone.
+A node is an input, a positive constant, a function of nodes, or a sum. A sum has terms, each a sign and a cube: a product of powers of
+nodes, its literals. A product is a sum of one term. Signs cost nothing; terms, arguments and results have them, nodes do not.
 
 A literal is a number, 2 v for the node v and 2 v + 1 for its reciprocal; a cube is the sorted tuple of its literals, so that x² y⁻¹ is
-(2x, 2x, 2y+1). It holds one constant at most. All orders are orders of creation: the same graph comes of the same input everywhere.
+(2x, 2x, 2y+1). It has at most one constant. All orders are orders of creation, so that the same input gives the same graph everywhere.
 
-What sums and products cost: an operation with the state, or one of parameters, which runs once a set of their values.
-
-The parameters of a product are multiplied first and count as one factor of it. A divisor costs what a factor costs: the reciprocal of
-one that several products share is computed once, and one product alone divides.
+The price counts operations of two tiers with different weights: with the state, and of parameters alone, evaluated once per set of
+parameters. The parameters in a product are multiplied first and count as one factor. A divisor costs as much as a factor: the
+reciprocal of one shared by several products is computed once, and a single product divides.
 """
 
 from __future__ import annotations
@@ -29,17 +28,18 @@ _NOTHING = 1e-14
 
 
 class Listener(Protocol):
-    """What follows the terms of a graph."""
+    """An observer of the terms of a graph."""
 
     def enter(self, t: int) -> None:
-        """A term is new."""
+        """Called for each new term."""
 
 
 class Graph:
-    """Nodes by number and terms by number; of a term that is gone the owner is −1.
+    """Nodes and terms by number; the owner of a removed term is −1.
 
-    A sum knows its terms by their cubes without constants, `rest`: like terms are one. `factor` is a term's constant. `changed` are
-    the sums whose terms came or went, `place` their places in the last order of arguments first, `numbers` the literals of constants.
+    Terms of a sum are indexed by their cubes without constants, `rest`, so that like terms are joined; `factor` is a term's constant.
+    `changed` are the sums with new or removed terms, `place` their index in the last topological order, `numbers` the literals of
+    constants.
     """
 
     def __init__(self) -> None:
@@ -74,7 +74,7 @@ class Graph:
         return self._node(varies)
 
     def constant(self, value: float) -> int:
-        """The constant, above zero."""
+        """The node of a positive constant."""
         v = self._constants.get(value)
         if v is None:
             v = self._constants[value] = self._node(False)
@@ -97,7 +97,7 @@ class Graph:
         return self._functions.get((op, args))
 
     def sum(self, terms: Iterable[tuple[int, Cube]]) -> Signed:
-        """The sum of these terms, or of those of the other sign: the node that there is, or a new one."""
+        """The signed node of the sum of terms: an existing node with these terms or their negatives, or a new one."""
         ordered = sorted([(cube, sign) for sign, cube in terms])
         first = ordered[0][1]
         key = tuple([(cube, sign * first) for cube, sign in ordered])
@@ -133,13 +133,13 @@ class Graph:
         return len(self.varies) - 1
 
     def result(self, v: int, sign: int) -> None:
-        """A node as a further result."""
+        """Adds a signed node to the results."""
         self.results.append((v, sign))
         self._order = None
         self._needed[v] = self._needed.get(v, 0) + 1
 
     def is_read(self, v: int) -> bool:
-        """Whether anything needs a node."""
+        """Whether a node has readers or is a result."""
         return bool(self.readers[v] or self.calls[v]) or v in self._needed
 
     def is_result(self, v: int) -> bool:
@@ -157,14 +157,14 @@ class Graph:
         return t
 
     def of(self, v: int) -> list[int]:
-        """The terms of a sum, of other nodes none."""
+        """The terms of a sum; none of other nodes."""
         own = self.terms[v]
         return list(own.values()) if own else []
 
     # Terms ---------------------------------------------------------------------------------------------------------------------
 
     def add(self, v: int, sign: int, cube: Cube) -> None:
-        """Add a term to a sum; like terms are joined."""
+        """Adds a term to a sum; like terms are joined."""
         own = self.terms[v]
         assert own is not None
         rest, value = (cube, 1.0) if self.numbers.isdisjoint(cube) else self.parted(cube)
@@ -190,7 +190,7 @@ class Graph:
             self.listener.enter(t)
 
     def drop(self, t: int) -> None:
-        """Take a term out; what nothing reads then goes with the next `collect`."""
+        """Removes a term; nodes without readers are removed by the next `collect`."""
         own = self.terms[self.owner[t]]
         assert own is not None
         del own[self.rest[t]]
@@ -206,7 +206,7 @@ class Graph:
                     loose.append(v)
 
     def collect(self) -> None:
-        """Take out what nothing reads."""
+        """Removes nodes without readers."""
         loose = self._loose
         while loose:
             v = loose.pop()
@@ -225,7 +225,7 @@ class Graph:
     # Cubes ---------------------------------------------------------------------------------------------------------------------
 
     def parted(self, cube: Cube) -> tuple[Cube, float]:
-        """A cube without its constant, and that."""
+        """A cube without its constant, and the constant."""
         numbers = self.numbers
         if numbers.isdisjoint(cube):
             return cube, 1.0
@@ -235,7 +235,7 @@ class Graph:
         return tuple([y for y in cube if y != x]), 1.0 / value if x & 1 else value
 
     def scaled(self, value: float, cube: Cube) -> Cube:
-        """A cube without a constant, times a number above zero."""
+        """The product of a cube without constant and a positive number."""
         return cube if value == 1.0 else tuple(sorted([*cube, 2 * self.constant(value)]))
 
     def times(self, a: Cube, b: Cube) -> Cube:
@@ -261,7 +261,7 @@ class Graph:
     # Canonical form ------------------------------------------------------------------------------------------------------------
 
     def settle(self, waiting: Iterable[int]) -> None:
-        """Lone literals replace their products, products with one reader go into it, and so do sums."""
+        """Restores the canonical form: products of one literal are replaced by it, products and sums with one reader are inlined."""
         stack = list(waiting)
         while stack:
             v = stack.pop()
@@ -277,7 +277,7 @@ class Graph:
         self.collect()
 
     def _vanished(self, v: int) -> list[int]:
-        """A sum of no terms: so are those that hold it as a factor; elsewhere it stays, and is written as 0."""
+        """Removes the terms with an empty sum v as a factor; as an argument or a result v remains, written as 0."""
         changed = []
         for t in list(self.readers[v]):
             if 2 * v in self.cube[t]:
@@ -315,7 +315,7 @@ class Graph:
         return [owner]
 
     def replace(self, v: int, new: int, sign: int) -> list[int]:
-        """`new`, with a sign, wherever v is read; gives the sums that changed."""
+        """Replaces v by `new`, with a sign, in all its readers; the sums that changed."""
         changed, self._order = [], None
         for t in list(self.readers[v]):
             cube, owner = self.cube[t], self.owner[t]
@@ -349,7 +349,7 @@ class Graph:
         return self.replace(f, known, 1)
 
     def order(self) -> list[int]:
-        """What the results need, arguments first."""
+        """The nodes needed by the results, in topological order."""
         if self._order is not None:
             return self._order
         found: dict[int, None] = {}
@@ -371,7 +371,7 @@ class Graph:
 
 
 class Coefficients:
-    """Terms gathered by their cubes without constants; what two numbers leave but for rounding is nothing."""
+    """Terms summed by their cubes without constants; coefficients that cancel up to rounding are dropped."""
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
@@ -384,13 +384,13 @@ class Coefficients:
         self._size[cube] = self._size.get(cube, 0.0) + abs(value)
 
     def terms(self) -> list[tuple[int, Cube]]:
-        """What is left, each with a sign."""
+        """The remaining terms, with signs."""
         scaled, size = self.graph.scaled, self._size
         return [(1 if k > 0 else -1, scaled(abs(k), c)) for c, k in self.total.items() if abs(k) > _NOTHING * size[c]]
 
 
 def common(cubes: list[Cube]) -> Cube:
-    """The literals that all cubes share."""
+    """The common literals of all cubes."""
     shared = list(cubes[0])
     for cube in cubes[1:]:
         left = list(cube)
@@ -406,7 +406,7 @@ def common(cubes: list[Cube]) -> Cube:
 
 
 def over(cube: Cube, base: Cube) -> Cube:
-    """A cube without literals that it holds."""
+    """The quotient of a cube and a cube that divides it."""
     if not base:
         return cube
     left = list(cube)
@@ -416,7 +416,7 @@ def over(cube: Cube, base: Cube) -> Cube:
 
 
 class Price:
-    """Prices of one graph, in operations with the state and of parameters at their weights."""
+    """Prices in one graph: weighted operations with the state and of parameters."""
 
     def __init__(self, graph: Graph, state: int, parameter: int) -> None:
         self.graph, self.state, self.parameter = graph, state, parameter
@@ -424,11 +424,11 @@ class Price:
         self._varies = graph.varies
 
     def operation(self, varies: bool) -> int:
-        """One operation of a tier."""
+        """The price of one operation of a tier."""
         return self.state if varies else self.parameter
 
     def product(self, cube: Cube) -> int:
-        """A cube alone."""
+        """The price of a cube by itself."""
         return (self._products.get(cube) or self._known(cube))[0]
 
     def varies(self, cube: Cube) -> bool:
@@ -447,7 +447,7 @@ class Price:
         return (total + self.state * (own - 1 + (count > 0)) if own else total), own
 
     def with_factor(self, base: Cube, varies: bool) -> int:
-        """A cube times one more factor of a tier."""
+        """The price of a cube with one more factor of a tier."""
         if not base:
             return 0
         cost, own = self._products.get(base) or self._known(base)
@@ -457,7 +457,7 @@ class Price:
         return cost + (self.parameter if count else self.state)
 
     def sum(self, cubes: list[Cube]) -> int:
-        """A sum of cubes, each read by it alone."""
+        """The price of a sum of cubes that have no other readers."""
         own = total = 0
         products = self._products
         for cube in cubes:
@@ -471,7 +471,7 @@ class Price:
 
 
 def cost(graph: Graph) -> int:
-    """Operations of all that the results need; divisions with the state count twice."""
+    """The operations of all nodes needed by the results; divisions with the state count twice."""
     total = 0
     divided: dict[int, int] = {}
     for v in graph.order():

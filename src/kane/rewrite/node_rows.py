@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The normal form of a graph, and rules that look at one node with all that reads it, each priced before it is applied.
+"""The normal form of a graph, and rewriting rules for one node and its readers, each applied only if it lowers the price.
 
-In normal form products go into all that reads them, and what all terms of a sum share stands before it. Sharing that is lost so
-is found again by divisors; that of what was written in several ways is found for the first time.
+In normal form products are inlined in all their readers, and the common cube of a sum's terms is factored out. The sharing that is
+lost is recovered by the search for divisors, which also finds expressions that were written in different forms.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Terms = dict[Cube, float]
 
 
 def content(g: Graph, price: Price, v: int) -> int:
-    """c x, c of parameters, read in several products: c goes where other parameters are, and is hoisted with them."""
+    """Distributes c of c x, with parameters c, over the products that read it, where it is computed with their other parameters."""
     if not g.is_product(v) or not g.varies[v] or g.calls[v] or g.is_result(v):
         return 0
     t = g.only(v)
@@ -65,7 +65,7 @@ def content(g: Graph, price: Price, v: int) -> int:
 
 
 def squares(g: Graph, price: Price, v: int) -> int:
-    """x sin² + x cos² is x, and x − x sin² is x cos²."""
+    """x sin² + x cos² → x, x − x sin² → x cos² and x − x cos² → x sin²."""
     own = g.terms[v]
     if own is None or len(own) < 2 or not any(len(set(cube)) < len(cube) for cube in own):
         return 0
@@ -83,7 +83,7 @@ def squares(g: Graph, price: Price, v: int) -> int:
 
 
 def resum(g: Graph, price: Price, v: int) -> int:
-    """A sum by another one: its terms are those of the other one, in a fixed ratio, and a few more."""
+    """Writes a sum as a multiple of another sum and a few more terms."""
     own = g.terms[v]
     if own is None or len(own) < 2:
         return 0
@@ -123,7 +123,7 @@ ROWS: tuple[NodeRow, ...] = (squares, content, resum)
 
 
 def sweep(g: Graph, price: Price, rows: Iterable[NodeRow] = ROWS) -> int:
-    """Each row once at each sum that changed since the last time; gives how often one gained."""
+    """Applies each rule once to each sum changed since the last sweep; the number of changes that lowered the price."""
     order = g.order()
     g.place = {v: i for i, v in enumerate(order)}
     changed, g.changed = g.changed, {}
@@ -137,7 +137,7 @@ def sweep(g: Graph, price: Price, rows: Iterable[NodeRow] = ROWS) -> int:
 
 
 def _changed(g: Graph, price: Price, v: int, mine: Terms, changes: list[Terms]) -> int:
-    """What a sum gains by the best of some changes of its coefficients, which it has then."""
+    """Applies the best of some changes to the coefficients of a sum, if it lowers the price; the gain."""
     best, cost = None, price.sum([g.cube[t] for t in g.of(v)])
     gain = 0
     for change in changes:
@@ -165,18 +165,18 @@ def _terms(g: Graph, v: int) -> Terms:
 
 
 def _split(g: Graph, cube: Cube) -> tuple[Cube, Cube]:
-    """What of a cube is of parameters, and the rest."""
+    """Splits a cube into parameters and the rest."""
     varies = g.varies
     return tuple([x for x in cube if not varies[x >> 1]]), tuple([x for x in cube if varies[x >> 1]])
 
 
 def _power(cube: Cube, literal: int) -> Cube:
-    """A cube, or its reciprocal where the literal is one."""
+    """The cube of a literal's sign: the cube, or its reciprocal if the literal is a reciprocal."""
     return tuple(sorted([x ^ 1 for x in cube])) if literal & 1 else cube
 
 
 def _twin(g: Graph, literal: int) -> int | None:
-    """The cosine of a sine's angle, the sine of a cosine's."""
+    """The cosine of a sine's angle, or the sine of a cosine's; None for other literals, or if it does not exist."""
     v = literal >> 1
     op = g.op[v]
     if literal & 1 or op not in (_SIN, _COS):
@@ -195,7 +195,7 @@ def normal(g: Graph) -> Graph:
 
 
 class _Normal:
-    """The new graph, and of each old node the sign and cube that it is there."""
+    """The construction of the new graph, with the sign and cube of each old node in it."""
 
     def __init__(self, old: Graph) -> None:
         self.old, self.new = old, Graph()

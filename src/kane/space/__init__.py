@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 1: frames, points, vectors; positions, velocities and accelerations in the rates q̇."""
+"""Layer 1: frames, points, vectors and dyadics; positions, velocities and accelerations in the rates q̇."""
 
 from kane.lazy_imports import offered
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a frame is turned against another, by whichever numbers one likes: direction cosines, Euler parameters, angles, ….
+"""Rotations and their representations: direction cosines, Euler and Rodrigues parameters, axis and angle, three angles.
 
-In symbols and in numbers, of one attitude or of arrays of them.
+Symbolic or numerical, of one rotation or of arrays.
 """
 
 from __future__ import annotations

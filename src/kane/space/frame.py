@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reference frames, each born in its parent at one orientation for good, and points: geometric points, and particles of a frame."""
+"""Reference frames, each with a parent and an orientation fixed at creation, and points: geometric points and particles of a frame."""
 
 from __future__ import annotations
 

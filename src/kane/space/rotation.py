@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Orientations and the change of basis along the tree of frames."""
+"""Orientations of bases, and changes of basis along the tree of frames, in few operations."""
 
 from __future__ import annotations
 
@@ -47,27 +47,27 @@ class Orientation:
     quasi: tuple[QuasiRate, ...] = ()
 
     def scalars(self) -> tuple[Expr, ...]:
-        """What B is oriented by: Euler parameters, and the angle with the axis that is no basis axis, else the direction cosines."""
+        """The expressions of the orientation: Euler parameters, or the angle with a general axis, else the direction cosines."""
         if self.angle is not None:
             return (*self.parameters, self.angle, *(self.direction or ()))
         return (*self.parameters, *(x for row in self.cosines or () for x in row))
 
 
 def about_axis(base: Basis, axis: int, angle: Expr) -> Orientation:
-    """That of a basis turned about a basis axis of another one."""
+    """The orientation of a basis rotated about basis axis `axis` of `base`."""
     rates = [ZERO, ZERO, ZERO]
     rates[axis] = time_derivative(angle)
     return Orientation(base, (rates[0], rates[1], rates[2]), axis=axis, c=cos(angle), s=sin(angle), angle=angle)
 
 
 def in_degrees(what: str, angle: float) -> str:
-    """That an angle beyond a whole turn may be meant in degrees."""
+    """Words for the warning that an angle beyond a whole turn may be in degrees."""
     turns = abs(angle) / (2 * math.pi)
     return f"{what}, {turns:.3g} turns: angles are in radians. If degrees are meant, write math.radians({angle:g})."
 
 
 def doubt_degrees(name: str, angles: Iterable[Any]) -> None:
-    """Warn of a number beyond a whole turn that has few digits, as degrees have: sums of turns in radians have many."""
+    """Warns of an angle beyond a whole turn that is a number of few digits, as degrees are; sums of radians have many digits."""
     for angle in angles:
         exact = constant_value(as_expr(angle))
         if isinstance(exact, int | Fraction) and abs(value := float(exact)) > 2 * math.pi:
@@ -75,7 +75,7 @@ def doubt_degrees(name: str, angles: Iterable[Any]) -> None:
 
 
 class Basis(Immutable):
-    """Three right-handed unit vectors in a tree of such: what measure numbers are along, and what a change of basis needs of a frame.
+    """Three right-handed orthonormal vectors in a tree of bases; a frame as far as measure numbers and changes of basis need it.
 
     `lineage` is this basis, the base of its orientation, the base's base, … up to the root.
     """
@@ -91,7 +91,7 @@ class Basis(Immutable):
 
 
 class AlignedBasis(Basis):
-    """A basis of a tree that stands for declared frames: `copies` holds for each of them the basis of this tree with the same axes."""
+    """A basis of the aligned tree: `copies` gives, for each declared frame, the basis of this tree with the same axes."""
 
     __slots__ = ("_copies",)
 
@@ -111,9 +111,9 @@ def common_base(a: Basis, b: Basis) -> Basis:
 
 
 def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, ...]]:
-    """Bases to leave on the way up from `source`, and to enter on the way down to `target`.
+    """The bases to leave on the path up from `source`, and to enter on the path down to `target`.
 
-    Between aligned bases and declared frames the way leads through the declared one's copy.
+    Between aligned bases and declared frames the path leads through the copy of the declared frame.
     """
     if source._copies is not target._copies:
         source, target = target._copies.get(source, source), source._copies.get(target, target)
@@ -127,19 +127,19 @@ def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, 
 
 
 def between(a: Basis, b: Basis) -> tuple[Basis, ...]:
-    """The frames on the way from one to the other."""
+    """The frames on the path from one to the other."""
     up, down = path(a, b)
     top = (common_base(a, b),) if up and down else ()
     return (*up[1:], *top, *down[:-1])
 
 
 def connected(a: Basis, b: Basis) -> bool:
-    """Whether both frames hang on one root."""
+    """Whether both frames have the same root."""
     return a.lineage[-1] is b.lineage[-1]
 
 
 def _turn(o: Orientation, v: Triple, s: Expr) -> Triple:
-    """Rotation of components about a basis axis with cosine o.c and sine s."""
+    """The components rotated about the basis axis of `o` with cosine o.c and sine s."""
     assert o.axis is not None
     i, j, k = o.axis, (o.axis + 1) % 3, (o.axis + 2) % 3
     x, y = v[j], v[k]
@@ -158,7 +158,7 @@ def _turn(o: Orientation, v: Triple, s: Expr) -> Triple:
 
 
 def product(rows: Cosines, v: Triple) -> Triple:
-    """C v."""
+    """The product C v."""
     a, b, c = rows
     return (dot(a, v), dot(b, v), dot(c, v))
 
@@ -183,7 +183,7 @@ def transposed(rows: Cosines) -> Cosines:
 def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr, *, several: bool = False) -> Cosines:
     """R A Rᵀ of a symmetric A (3 × 3), R the rotation about a basis axis with cosine c and sine s, in 16 operations.
 
-    With y = s (a₁₁ − a₂₂) + 2 c a₁₂ across the axis: a₁₁ − s y, a₂₂ + s y, c y − a₁₂. Where `several` are turned so they share 2 c.
+    With y = s (a₁₁ − a₂₂) + 2 c a₁₂ in the plane normal to the axis: a₁₁ − s y, a₂₂ + s y, c y − a₁₂. `several` matrices share 2 c.
     """
     i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
     a, b, d = rows[j][j], rows[j][k], rows[k][k]
@@ -202,7 +202,7 @@ def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr, *, several: boo
 
 
 def leave(frame: Basis, v: Triple) -> Triple:
-    """Components along `frame` turned into components along its base."""
+    """The components along the base of `frame` of a vector with components v along `frame`."""
     o = frame.orientation
     assert o is not None
     if o.cosines is not None:
@@ -211,7 +211,7 @@ def leave(frame: Basis, v: Triple) -> Triple:
 
 
 def enter(frame: Basis, v: Triple) -> Triple:
-    """Components along the base of `frame` turned into components along `frame`."""
+    """The components along `frame` of a vector with components v along its base."""
     o = frame.orientation
     assert o is not None
     if o.cosines is not None:
@@ -220,9 +220,9 @@ def enter(frame: Basis, v: Triple) -> Triple:
 
 
 def express(v: Triple, source: Basis, target: Basis) -> Triple:
-    """Components along `source` turned into components along `target`, step by step along the tree.
+    """The components along `target` of a vector with components v along `source`, step by step along the tree.
 
-    A multiple of a unit vector is turned as the unit vector, so that direction cosines are shared between multiples.
+    A multiple of a basis vector is computed from the basis vector, so that multiples share direction cosines.
     """
     return v if source is target else _expressed(v, source, target)
 
@@ -253,14 +253,14 @@ def _walk(v: Triple, source: Basis, target: Basis) -> Triple:
 
 
 def deepest(bases: Iterable[Basis]) -> Basis:
-    """The basis with the most others between it and the root, the first of several."""
+    """The basis with the longest path to the root; the first of several."""
     return max(bases, key=lambda b: len(b.lineage))
 
 
 def express_sum(parts: Sequence[tuple[Basis, Triple]], target: Basis) -> Triple:
-    """Components along `target` of a sum of vectors along bases of one tree, in a number of operations that grows as the way does.
+    """The components along `target` of a sum of vectors along bases of one tree, in O(length of the path) operations.
 
-    What is along one basis is added up before it is turned on, first towards the root and then towards `target`.
+    Components along one basis are summed before they are rotated on, first towards the root and then towards `target`.
     """
     copies = next((b._copies for b in (target, *(f for f, _ in parts)) if b._copies), {})
     target = copies.get(target, target)
@@ -287,9 +287,9 @@ def express_sum(parts: Sequence[tuple[Basis, Triple]], target: Basis) -> Triple:
 
 
 def _between(up: Sequence[Basis], down: Sequence[Basis]) -> Orientation | None:
-    """The turn from the last frame of `up` to the first of `down`, both turned about one axis, where its angle is a plain one.
+    """The rotation from the last frame of `up` to the first of `down`, if both are about the same axis and its angle is simple.
 
-    Of frames turned by θ and by θ + δ that is δ: their direction cosines are cos δ, not cos θ cos(θ + δ) + sin θ sin(θ + δ).
+    For frames rotated by θ and θ + δ it is δ: the direction cosines are cos δ, not cos θ cos(θ + δ) + sin θ sin(θ + δ).
     """
     if not up or not down:
         return None
@@ -302,7 +302,7 @@ def _between(up: Sequence[Basis], down: Sequence[Basis]) -> Orientation | None:
 
 
 def turned_beyond(b: Basis, a: Basis) -> Expr | None:
-    """The angle by which `b` is turned beyond `a`, where both are turned about one basis axis of one base."""
+    """The angle from `a` to `b` if both are rotated about the same basis axis of the same base, else None."""
     o, p = b.orientation, a.orientation
     if o is None or p is None or o.axis is None or (o.base, o.axis) != (p.base, p.axis):
         return None
@@ -310,7 +310,7 @@ def turned_beyond(b: Basis, a: Basis) -> Expr | None:
 
 
 def single(v: Triple) -> int | None:
-    """The place of the only nonzero component, None where there are none or several."""
+    """The index of the only nonzero component; None if there are none or several."""
     x, y, z = v
     if x is ZERO:
         if y is ZERO:
@@ -321,7 +321,7 @@ def single(v: Triple) -> int | None:
 
 @remembered
 def cost(v: Triple, source: Basis, target: Basis) -> int:
-    """About how many operations `express` would take."""
+    """An estimate of the operations of `express`."""
     if source is target:
         return 0
     present = [x is not ZERO for x in v]

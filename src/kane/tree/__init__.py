@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 2: recursions along a tree of segments: two sweeps, the values that they carry, and the algorithms made of these."""
+"""Layer 2: recursive algorithms of Featherstone 2008 on a tree of segments: ABA, CRBA and tangents, built on two generic sweeps."""
 
 from kane.lazy_imports import offered
 

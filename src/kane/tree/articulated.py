@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joint accelerations by articulated inertias: from the tips to the ground and back, in a number of operations that grows as the tree.
+"""The articulated-body algorithm (Featherstone 2008, ch. 7): joint accelerations in O(n) operations for n joint speeds.
 
-What hangs on a segment presses on it with n = J α + H a + …, f = Hᵀ α + M a + …. A joint speed along s leaves no reaction along s and
-is eliminated (Kane's equation of w, solved for ẇ; Featherstone 2008, ch. 7). Accelerations are those of points, gravity is an
-acceleration of the ground, and no velocities but angular ones are needed.
-
-A coordinate that moves several segments keeps a column below the segment that all of these hang on, and is eliminated there.
+A subtree transmits to the segment that carries it n = J α + H a + …, f = Hᵀ α + M a + …. The inward sweep eliminates each joint speed
+by its equation, in which the transmitted wrench has no component along the motion subspace s beside the joint force; the outward
+sweep substitutes back. Accelerations are those of points, not spatial ones, so that only angular velocities are needed; gravity
+is an acceleration of the ground. An elastic coordinate, which moves several segments, is a column of the inertias up to their
+nearest common ancestor, and is eliminated there.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -35,7 +35,10 @@ Wrenches = Mapping[int, SpatialForce]
 
 
 class Passed(NamedTuple):
-    """The rows of the joint speeds with their ẇ, the pivots, and what is transmitted to segments that are asked for, along A."""
+    """The result of forward dynamics: (row, ẇ) of each joint speed, pivots D, and wrenches transmitted to the segments asked for.
+
+    The wrenches are about the origins of the segments, along A.
+    """
 
     rows: list[tuple[Row, Expr]]
     pivots: list[Expr]
@@ -43,14 +46,14 @@ class Passed(NamedTuple):
 
 
 class Pressed(NamedTuple):
-    """What a force presses with: its share e of each pivot, in the order of the divisors, and the wrench at each segment, along A."""
+    """The effect of a force on the elimination: right-hand sides e, in the order of the divisors; propagated wrenches, along A."""
 
     shares: Sequence[Expr]
     felt: Wrenches
 
 
 class _Inward(Carry[SpatialInertia]):
-    """The articulated inertias; the pivots of each segment in the order of elimination, and what is felt along A."""
+    """The inward sweep: articulated inertias before the outer joint, along A, and the eliminations of each segment, in their order."""
 
     def __init__(self, tree: Tree, moving: Sequence[Rates]) -> None:
         super().__init__(tree)
@@ -62,10 +65,10 @@ class _Inward(Carry[SpatialInertia]):
         self.modes: dict[int, list[Elimination]] = {}
 
     def local(self, i: int) -> None:
-        """Nothing: the inertia of a segment alone is added to what hangs on it."""
+        """None: `whole` adds the inertia of the segment to the sum of its descendants."""
 
     def whole(self, i: int, v: SpatialInertia | None) -> SpatialInertia | None:
-        """With the inertia of the segment alone, and without the rates of which all that moves hangs here."""
+        """The sum with the inertia of segment i, after elimination of the elastic coordinates `modes` of the segment."""
         s, at = self.tree[i], self.moving[i]
         felt = [] if v is None else [v]
         if s.elastic is not None:
@@ -102,7 +105,7 @@ def _without(v: SpatialInertia, dofs: Sequence[Dof], pivots: list[Elimination]) 
 
 
 class _Outward(Drive[Accelerations]):
-    """The accelerations from the ground to the tips, with `more` generalized forces on pivots, by number."""
+    """The outward sweep: accelerations by back substitution, with right-hand sides `more` added to those of the pivots, by number."""
 
     def __init__(self, found: "Articulated", more: Sequence[Expr]) -> None:
         super().__init__(found.tree)
@@ -130,7 +133,7 @@ class _Outward(Drive[Accelerations]):
         return v
 
     def taken(self, pivots: Sequence[Elimination], v: Accelerations) -> Accelerations:
-        """The accelerations with those of joint speeds."""
+        """The acceleration beyond some joint speeds; records their ẇ."""
         for pivot in reversed(pivots):
             assert isinstance(pivot.of, Dof)
             x, v = self.loaded(pivot).after(v, self.values)
@@ -138,23 +141,23 @@ class _Outward(Drive[Accelerations]):
         return v
 
     def known(self, i: int, v: Accelerations) -> None:
-        """λ of the rates that move several segments which hang on this one."""
+        """Records the rates λ of the elastic coordinates eliminated at segment i."""
         for pivot in reversed(self.found.inward.modes.get(i, ())):
             assert isinstance(pivot.of, Expr)
             self.values[pivot.of] = self.loaded(pivot).value(v, self.values)
 
     def loaded(self, pivot: Elimination) -> Elimination:
-        """A pivot with what more acts on it."""
+        """The elimination with its right-hand side increased by `more`."""
         if not self.more:
             return pivot
         return pivot._replace(rest=add(pivot.rest, div(self.more[self.found.number(pivot)], pivot.d)))
 
 
 class _Pressing(Carry[SpatialForce]):
-    """Wrenches on a tree at rest on their way to the ground, with generalized forces on joint speeds, by number.
+    """The inward sweep of the ABA for added wrenches on segments and added generalized forces τ, without inertia forces.
 
-    The share that a force has of each pivot is e = τ − s·p, of a rate that moves several segments e = τ − Q, and what is left on the
-    way p + U e/D, with Q + n_k·s e/D of the other such rates. Of two forces eᵀ D⁻¹ e′ is τᵀ M⁻¹ τ′, as L D Lᵀ has it.
+    At a joint speed the right-hand side is e = τ − s·p and the wrench passed on p + U e/D; for an elastic coordinate e = τ − Q, and
+    the Q of another one k becomes Q + (n_k·s) e/D. Then eᵀ D⁻¹ e′ = τᵀ M⁻¹ τ′ for two forces, as with M = L D Lᵀ.
     """
 
     def __init__(self, found: "Articulated", forces: Mapping[int, Expr], loads: Wrenches) -> None:
@@ -192,34 +195,34 @@ class _Pressing(Carry[SpatialForce]):
         return v.moved(self.tree[i].arm)
 
     def taking(self, pivots: Sequence[Elimination], v: SpatialForce) -> SpatialForce:
-        """What is pressed with before joint speeds on which forces act."""
+        """The wrench before some joint speeds, with the forces on these."""
         for pivot in pivots:
             assert isinstance(pivot.of, Dof)
             force = self.forces.get(pivot.of.number, ZERO)
             v = v.plus(self.shared(pivot, sub(force, v.on(pivot.of))))
-            if pivot.of.free is not None:  # the whole component is the force
+            if pivot.of.free is not None:  # the component along the axis equals the joint force
                 k, turns = pivot.of.free
                 v = v._replace(n=put(v.n, k, force)) if turns else v._replace(f=put(v.f, k, force))
         return v
 
     def shared(self, pivot: Elimination, e: Expr) -> SpatialForce:
-        """What is left of the share e of a pivot."""
+        """Records the right-hand side e of a pivot; the wrench U e/D that it adds."""
         self.shares[self.found.number(pivot)] = e
         for b, x in pivot.beside.items():
             self.add(b, mul(x, e))
         return pivot.t.times(e)
 
     def add(self, b: Expr, x: Expr) -> None:
-        """More of Q."""
+        """Adds x to Q of the elastic coordinate with rate b."""
         if x is not ZERO:
             self.q[b] = add(self.q.get(b, ZERO), x)
 
 
 @dataclass(frozen=True, eq=False)
 class Articulated:
-    """A tree by articulated inertias, whose ground accelerates; what is transmitted to the segments `asked` for is told.
+    """The articulated-body algorithm on `tree`, whose ground has the acceleration `ground`; results are made when first read.
 
-    A SingularError where a pivot is zero whatever the state.
+    `asked` are the segments whose transmitted wrenches are returned. SingularError if a pivot is identically zero.
     """
 
     tree: Tree
@@ -228,12 +231,12 @@ class Articulated:
 
     @cached_property
     def moving(self) -> list[Rates]:
-        """The angular velocities and bias accelerations."""
+        """The angular velocities and bias accelerations of the segments."""
         return rates(self.tree)
 
     @cached_property
     def inward(self) -> _Inward:
-        """The articulated inertias."""
+        """The completed inward sweep."""
         result = _Inward(self.tree, self.moving)
         inward(self.tree, result)
         return result
@@ -244,24 +247,24 @@ class Articulated:
 
     @property
     def free(self) -> Passed:
-        """The accelerations without further forces."""
+        """The accelerations under the loads of the segments alone."""
         return self._free[0]
 
     @property
     def motion(self) -> list[Accelerations]:
-        """α and a of each segment without further forces, along the basis of work."""
+        """α and a of each segment under the loads of the segments alone, in its working basis."""
         return self._free[1]
 
     @cached_property
     def pivots(self) -> list[Elimination]:
-        """Those of the joint speeds from the ground to the tips, and of the rates that move several segments."""
+        """The eliminations of joint speeds, from the ground to the tips, then those of elastic coordinates."""
         found, n = self.inward, range(len(self.tree))
         own = [p for i in n for of in (found.outer_pivots, found.inner_pivots) for p in reversed(of.get(i, ()))]
         return own + [p for i in n for p in reversed(found.modes.get(i, ()))]
 
     @cached_property
     def divisors(self) -> list[Expr]:
-        """D of each pivot."""
+        """The pivot D of each elimination."""
         return [p.d for p in self.pivots]
 
     @cached_property
@@ -269,17 +272,17 @@ class Articulated:
         return {p.of: k for k, p in enumerate(self.pivots) if isinstance(p.of, Expr)}
 
     def number(self, pivot: Elimination) -> int:
-        """The number of a joint speed or of a rate that moves several segments."""
+        """The number of the joint speed or elastic coordinate that is eliminated."""
         return pivot.of.number if isinstance(pivot.of, Dof) else self._numbers[pivot.of]
 
     def press(self, forces: Mapping[int, Expr], loads: Wrenches) -> Pressed:
-        """What wrenches on segments press with, along the basis of work, and generalized forces by number."""
+        """The effect of wrenches on segments, in their working bases, and of generalized forces by number."""
         found = _Pressing(self, forces, loads)
         inward(self.tree, found)
         return Pressed(found.shares, found.felt)
 
     def passed(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> Passed:
-        """The accelerations with such forces besides, in these amounts."""
+        """The accelerations with added forces, each the product of an amount and a force whose effect `press` returned."""
         return self._outward(forces, amounts)[0]
 
     def _outward(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> tuple[Passed, list[Accelerations]]:

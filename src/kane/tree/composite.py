@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joint accelerations by composite bodies: M of the joint speeds, factored along the branches, and forces at no ẇ or at trial ones.
+"""The composite-rigid-body algorithm (Featherstone 2008, ch. 6): the joint-space inertia M, its sparse L D Lᵀ, and bias forces.
 
-What hangs on a segment moves as one body at the acceleration of one joint speed: J s of the composite body is its wrench, and
-M_rs = s·(I s_r) along the way to the ground (Featherstone 2008, ch. 6). M is eliminated from the tips, without fill. Shorter than
-articulated inertias along short branches.
+At unit rate of one joint speed its subtree accelerates as one composite body: the wrench is I s, and M_rs = s·(I s_r) for each joint
+speed on the path to the ground. M is factored from the tips, without fill-in. Takes fewer operations than the articulated-body
+algorithm along short branches.
 
-The bias forces are those of composite bodies, too. All that hangs on a segment moves, at no ẇ beyond it, as what carries the segment
-would move there, with ω, α and a of its origin, and by what the joints below turn and slide besides. With the moments m, h and E of
-the composite body the first presses with
+The bias forces are made of composite bodies as well. At ẇ = 0 beyond a segment, the motion of its subtree is that of a body rigidly
+attached to the parent, with ω, α and a of the segment's origin, and the relative motion of the joints in the subtree. With the
+moments m, h and E of the composite body the first part has the wrench
 
     n = J α + (E ω) × ω + h × a,        f = m a + α × h + ω × (ω × h)
 
-and each joint below that turns by ω_r, with its own composite body, with
+and each joint of the subtree with relative angular velocity ω_r, with the composite body beyond it, adds
 
     n = (E (2 ω + ω_r)) × ω_r,        f = (2 ω + ω_r) × (ω_r × h)
 
-besides, and with h × a_r, m a_r of the Coriolis acceleration 2 ω × ṙ + … of what slides. Only the second goes from segment to segment
-to the ground; a body's own ω × J ω is never formed.
+and, if it slides, h × a_r and m a_r of its Coriolis acceleration a_r = 2 ω × ṙ + …. Only the second part is propagated to the ground;
+ω × J ω of single bodies is never formed.
 
-M (ẇ − ẇ°) = −b(ẇ°) holds at any trial ẇ°. Body by body, at those accelerations that have no component along joint speeds with unit
-vectors, the forces are shorter where J is diagonal and the mass centre on the joint's axis.
+M (ẇ − ẇ°) = −b(ẇ°) holds at any trial ẇ°. If J is diagonal and the mass centre lies on the joint's axis, the forces are shorter body
+by body, at the trial accelerations that have no component along motion subspaces which are unit vectors.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -54,7 +54,7 @@ Body = TypeVar("Body", Rigid, Moments)
 
 
 class Composites(Carry[Body]):
-    """All that hangs on a segment as one body about its origin, along the basis of work and along A."""
+    """The composite body of each segment, its subtree as one body about its origin: in the working basis (`work`) and along A."""
 
     def __init__(self, tree: Tree, bodies: Sequence[Body]) -> None:
         super().__init__(tree)
@@ -64,40 +64,40 @@ class Composites(Carry[Body]):
         inward(tree, self)
 
     def local(self, i: int) -> Body:
-        """The body of a segment."""
+        """The body of segment i."""
         return self.bodies[i]
 
     def inner(self, i: int, v: Body) -> Body:
-        """All that hangs on a segment, along the basis of work."""
+        """Records the composite body in the working basis."""
         self.work[i] = v
         return v
 
     def outer(self, i: int, v: Body) -> Body:
-        """The same along A."""
+        """Records the composite body along A."""
         self.along_a[i] = v
         return v
 
 
 class _Columns(tuple[tuple[int, SpatialForce], ...]):
-    """Wrenches at the acceleration 1 of joint speeds, with the numbers of these."""
+    """Pairs (number, wrench I s at unit rate) of joint speeds."""
 
     __slots__ = ()
 
     def turned(self, turn: Change) -> "_Columns":
-        """Along the basis before a turn."""
+        """The wrenches in the basis before the rotation `turn`."""
         return _Columns((k, w.turned(turn)) for k, w in self)
 
     def moved(self, r: Triple) -> "_Columns":
-        """About the point from which the origin lies at r."""
+        """The wrenches about the point from which the present origin lies at r."""
         return _Columns((k, w.moved(r)) for k, w in self)
 
     def plus(self, other: "_Columns") -> "_Columns":
-        """Both together."""
+        """The pairs of both."""
         return _Columns((*self, *other))
 
 
 class _Mass(Carry[_Columns]):
-    """M of the joint speeds."""
+    """The inward sweep that fills M, the joint-space inertia."""
 
     def __init__(
         self, tree: Tree, composite: Composites[Rigid] | Composites[Moments], elastic: Mapping[int, SpatialInertia]
@@ -114,20 +114,20 @@ class _Mass(Carry[_Columns]):
         inward(tree, self)
 
     def local(self, i: int) -> _Columns:
-        """The wrenches of elastic parts."""
+        """The wrenches of the flexible parts of segment i."""
         columns = self.elastic[i].columns if i in self.elastic else {}
         return _Columns((self.modes[b], column.w) for b, column in columns.items())
 
     def inner(self, i: int, v: _Columns) -> _Columns:
-        """With those of the joint along the basis of work."""
+        """Adds the inner joint speeds."""
         return self.felt(self.tree[i].inner.dofs, self.composite.work[i], v)
 
     def outer(self, i: int, v: _Columns) -> _Columns:
-        """With those of the joint along A."""
+        """Adds the outer joint speeds and the elastic coordinates."""
         return self.felt((*self.tree[i].outer.dofs, *self.tree[i].shared), self.composite.along_a[i], v)
 
     def felt(self, dofs: Sequence[Dof], body: Rigid | Moments, v: _Columns) -> _Columns:
-        """With those of joint speeds."""
+        """Fills the rows of some joint speeds that move `body`; v with their wrenches."""
         for dof in dofs:
             s = dof.number
             for r, w in v:
@@ -144,29 +144,29 @@ class _Mass(Carry[_Columns]):
 def mass_rows(
     tree: Tree, whole: Composites[Rigid] | Composites[Moments], elastic: Mapping[int, SpatialInertia]
 ) -> list[list[Expr]]:
-    """M of the joint speeds and of the rates that move several segments, by number."""
+    """The joint-space inertia M (n × n) of joint speeds and elastic coordinates, by number."""
     return _Mass(tree, whole, elastic).rows
 
 
 def mode_numbers(tree: Tree) -> dict[Expr, int]:
-    """The numbers of the rates that move several segments: after those of the joint speeds."""
+    """The numbers of elastic coordinates by their rates; they follow those of joint speeds."""
     count = sum(len(s.dofs) for s in tree)
     return {b: count + k for k, b in enumerate(b for s in tree for b in s.modes)}
 
 
 def dof_count(tree: Tree) -> int:
-    """How many joint speeds and rates that move several segments there are."""
+    """The number n of joint speeds and elastic coordinates."""
     return sum(len(s.dofs) + len(s.modes) for s in tree)
 
 
 def rows_of(tree: Tree) -> list[Row]:
-    """Their rows in speeds or in rates, by number."""
+    """The rows of joint speeds and elastic coordinates in generalized speeds or in rates, by number."""
     own = sorted((dof for s in tree for dof in s.dofs), key=lambda dof: dof.number)
     return [*(dof.row for dof in own), *({b: ONE} for b in mode_numbers(tree))]
 
 
 def add_reflected(tree: Tree, on: list[Expr], lambdas: Sequence[Expr]) -> None:
-    """Adds to generalized forces what is reflected to the joint speeds at these λ, both by number."""
+    """Adds the reflected inertias' forces at rates `lambdas` to the generalized forces `on`, both by number."""
     for dof in (dof for s in tree for dof in s.dofs):
         if dof.reflected is not None:
             whole = add(dof.reflected.force, mul(dof.reflected.inertia, lambdas[dof.number]))
@@ -174,17 +174,17 @@ def add_reflected(tree: Tree, on: list[Expr], lambdas: Sequence[Expr]) -> None:
 
 
 def elastic_parts(tree: Tree, moving: Sequence[Rates]) -> dict[int, SpatialInertia]:
-    """What is felt of flexible parts alone, by segment."""
+    """The spatial inertias of flexible parts, by segment."""
     return {i: s.elastic(at.w, at.square) for i, (s, at) in enumerate(zip(tree, moving, strict=True)) if s.elastic}
 
 
 def with_more(bodies: Sequence[Body], more: Mapping[int, Body]) -> list[Body]:
-    """The bodies with what some of them carry besides."""
+    """The bodies, with those of `more` added by index."""
     return [body.plus(more[i]) if i in more else body for i, body in enumerate(bodies)]
 
 
 class _Bias(Forces):
-    """The generalized forces on joint speeds at no ẇ, of composite bodies without their elastic parts."""
+    """The inward sweep for the bias forces, at ẇ = 0, of composite bodies without flexible parts."""
 
     def __init__(
         self,
@@ -198,7 +198,7 @@ class _Bias(Forces):
         self.moving, self.composite, self.at = moving, whole, at
 
     def joint(self, i: int, *, turned: bool) -> "_Joint":
-        """The composite body of a segment at the motion of what carries it, along A or `turned` to the basis of work."""
+        """The composite body of segment i with the parent's motion, along A or, if `turned`, in the working basis."""
         s, at, motion, square = self.tree[i], self.moving[i], self.at.origins[i], self.moving[i].before_square
         beyond = at.w, s.inner.spin, s.inner.spin_drift
         if turned and s.turn is not None:
@@ -208,12 +208,12 @@ class _Bias(Forces):
         return _Joint(self.composite.along_a[i], at.before, motion, square, *beyond, k, about)
 
     def axis(self, i: int) -> int | None:
-        """The axis about which a segment turns, if that is all that it does along its basis of work."""
+        """The axis of the inner joint if it is a rotation about one basis axis without slide, else None."""
         return self.tree[i].axis if is_zero(self.tree[i].inner.slide) else None
 
     def inner(self, i: int, v: SpatialForce) -> SpatialForce:
         if self.tree[i].turn is not None and self.axis(i) is not None:
-            return v  # met along A, as the moment about the axis is the same there
+            return v  # done by `outer` along A, where the moment about the axis is the same
         return self.joined(i, self.joint(i, turned=True), v)
 
     def outer(self, i: int, v: SpatialForce) -> SpatialForce:
@@ -231,7 +231,7 @@ class _Bias(Forces):
         return v.plus(_sliding(self.composite.along_a[i], self.moving[i].coriolis)).moved(self.tree[i].arm)
 
     def joined(self, i: int, joint: "_Joint", v: SpatialForce) -> SpatialForce:
-        """The wrench with what the inner joint adds, which its joint speeds feel."""
+        """The wrench with the inner joint's part added; records the bias forces of its joint speeds."""
         v = v.plus(joint.turning()).plus(_sliding(joint.body, self.moving[i].sliding))
         for dof in self.tree[i].inner.dofs:
             self.found[dof.number] = joint.felt(dof, v)
@@ -240,10 +240,10 @@ class _Bias(Forces):
 
 @dataclass(frozen=True, eq=False)
 class _Joint:
-    """A composite body where a segment is carried: ω, and α and a, of what carries it, with ω·ω.
+    """The composite body beyond a joint, with the parent's motion: ω = `w`, (α, a) = `at` and ω·ω = `square`.
 
-    `whole` is ω of the segment, `turned` and `drift` are ω and its derivative at no ẇ of the turn; `axis` is the axis that it turns
-    about, about which its moment of inertia is `about`.
+    `whole` is ω of the segment, `turned` the angular velocity of the joint and `drift` its derivative at ẇ = 0; `axis` is the basis
+    axis of the rotation, if it has one, and `about` the moment of inertia about it.
     """
 
     body: Moments
@@ -262,12 +262,12 @@ class _Joint:
         return product(self.body.e, self.w)
 
     def felt(self, dof: Dof, w: SpatialForce) -> Expr:
-        """The generalized force of a joint speed, with the wrench `w` beside."""
+        """The bias force of a joint speed: of the parent's motion and of the wrench `w`."""
         turns = sum_of(mul(s, add(w.n[k], self.moment(k))) for k, s in enumerate(dof.spin) if s is not ZERO)
         return turns if is_zero(dof.slide) else add(turns, dot(dof.slide, summed(w.f, self.force)))
 
     def moment(self, k: int) -> Expr:
-        """That of the motion of what carries it, about a basis axis."""
+        """The component of n along basis axis k due to the parent's motion."""
         i, j = (k + 1) % 3, (k + 2) % 3
         h, (alpha, a) = self.body.h, self.at
         if k == self.axis:
@@ -279,12 +279,12 @@ class _Joint:
 
     @cached_property
     def force(self) -> Triple:
-        """That of the motion of what carries it."""
+        """f due to the parent's motion."""
         h, (alpha, a) = self.body.h, self.at
         return summed(summed(times(self.body.m, a), cross3(alpha, h)), centripetal(self.w, h, self.square))
 
     def turning(self) -> SpatialForce:
-        """What the turn of the joint adds."""
+        """The wrench due to the relative rotation of the joint."""
         body, turned = self.body, self.turned
         if is_zero(turned):
             return NO_WRENCH
@@ -298,7 +298,7 @@ class _Joint:
         )
 
     def about_axis(self, k: int) -> SpatialForce:
-        """The same about a basis axis."""
+        """The same for a rotation about basis axis k, in fewer operations."""
         i, j = (k + 1) % 3, (k + 2) % 3
         (h, e), w, u = (self.body.h, self.body.e), self.w, self.turned[k]
         n, f = [ZERO] * 3, [ZERO] * 3
@@ -316,19 +316,19 @@ class _Joint:
 
 
 def _sliding(body: Rigid | Moments, a: Triple) -> SpatialForce:
-    """What a body presses with at an acceleration of its origin."""
+    """The wrench h × a, m a of a body whose origin has the acceleration a."""
     return NO_WRENCH if is_zero(a) else SpatialForce(cross3(body.h, a), times(body.m, a))
 
 
 class _Trial(Driven):
-    """Accelerations without their components along joint speeds with unit vectors, which the trial takes off."""
+    """Trial accelerations: the component along each motion subspace that is a unit vector is zero, by the choice of ẇ° in `trial`."""
 
     def __init__(self, tree: Tree, moving: Sequence[Rates]) -> None:
         super().__init__(tree, moving)
         self.trial = [ZERO] * dof_count(tree)
 
     def outer(self, i: int, v: Accelerations) -> Accelerations:
-        return self.driven(self.tree[i].outer.dofs, v)  # coordinates that several segments share are left as they are
+        return self.driven(self.tree[i].outer.dofs, v)  # elastic coordinates keep a zero trial rate
 
     def driven(self, dofs: Sequence[Dof], v: Accelerations) -> Accelerations:
         for dof in dofs:
@@ -340,31 +340,30 @@ class _Trial(Driven):
 
 
 def are_slender(bodies: Sequence[Rigid]) -> bool:
-    """Whether most bodies that are carried have diagonal J and no m r*, as rods along their axes and rotors."""
+    """Whether more than half of the bodies with mass have diagonal J and h = 0 about their origins, as rotors have."""
     carried = [body for body in bodies if not body.is_nothing]
     slender = [b for b in carried if all(x is ZERO for x in (*b.h, b.j[0][1], b.j[0][2], b.j[1][2]))]
     return 2 * len(slender) > len(carried)
 
 
 class _Factored(NamedTuple):
-    """L D Lᵀ of M, trial accelerations by number, and the forces left there eliminated, L⁻¹ f."""
+    """L D Lᵀ of M, the trial accelerations ẇ° by number, and L⁻¹ f of the residual forces f = −b(ẇ°)."""
 
     factors: LDL
     trial: Sequence[Expr]
     eliminated: Sequence[Expr]
 
     def values(self, eliminated: Sequence[Expr]) -> list[Expr]:
-        """ẇ by number."""
+        """ẇ = ẇ° + L⁻ᵀ D⁻¹ e by number, for the right-hand side e after forward elimination."""
         return list(map(add, self.trial, self.factors.finish(eliminated)))
 
 
 @dataclass(frozen=True, eq=False)
 class Composite:
-    """A tree by composite bodies, whose ground accelerates; what its joints transmit is not found on this way.
+    """The composite-rigid-body algorithm on `tree`, whose ground has the acceleration `ground`; transmitted wrenches are not computed.
 
-    Forces are found `body_by_body` at trial accelerations where the bodies are slender, or as one asks for it. As further forces press
-    on the tree M is factored already: e = L⁻¹ τ, and ẇ = L⁻ᵀ D⁻¹ (L⁻¹ f + Σ e λ). A SingularError where a pivot is zero whatever the
-    state.
+    Bias forces are computed body by body at trial accelerations if `body_by_body`, or if it is None and the bodies `are_slender`.
+    Added forces τ reuse the factors: e = L⁻¹ τ, and ẇ = L⁻ᵀ D⁻¹ (L⁻¹ f + Σ e λ). SingularError if a pivot is identically zero.
     """
 
     tree: Tree
@@ -374,12 +373,12 @@ class Composite:
 
     @cached_property
     def moving(self) -> list[Rates]:
-        """The angular velocities and bias accelerations."""
+        """The angular velocities and bias accelerations of the segments."""
         return rates(self.tree)
 
     @cached_property
     def factored(self) -> _Factored:
-        """M, eliminated, and the forces."""
+        """The factored M, and the right-hand side."""
         tree, bodies = self.tree, [s.body for s in self.tree]
         elastic = elastic_parts(tree, self.moving)
         rigid = {i: to_rigid(felt) for i, felt in elastic.items()}
@@ -416,28 +415,28 @@ class Composite:
 
     @cached_property
     def free(self) -> Passed:
-        """The accelerations without further forces."""
+        """The accelerations under the loads of the segments alone."""
         return self.passed((), ())
 
     @cached_property
     def motion(self) -> list[Accelerations]:
-        """α and a of each segment without further forces, along the basis of work."""
+        """α and a of each segment under the loads of the segments alone, in its working basis."""
         values = [x for _, x in self.free.rows]
         return outward(self.tree, Driven(self.tree, self.moving, values), Accelerations(NOTHING, self.ground))
 
     @property
     def divisors(self) -> Sequence[Expr]:
-        """D of each pivot, in the order of elimination."""
+        """The pivots D, in the order of elimination."""
         return self.factored.factors.pivots
 
     def press(self, on: Mapping[int, Expr], loads: Wrenches) -> Pressed:
-        """L⁻¹ τ of wrenches on segments, along the basis of work, and of generalized forces by number."""
+        """L⁻¹ τ for wrenches on segments, in their working bases, and generalized forces by number."""
         found, wrenches = self.factored, [loads.get(i) for i in range(len(self.tree))]
         tau = [add(on.get(k, ZERO), x) for k, x in enumerate(forces(self.tree, wrenches, len(found.trial)))]
         return Pressed(found.factors.forward(tau), {})
 
     def passed(self, pressed: Sequence[Pressed], amounts: Sequence[Expr]) -> Passed:
-        """The accelerations with such forces besides, in these amounts."""
+        """The accelerations with added forces, each the product of an amount and a force whose effect `press` returned."""
         found, whole = self.factored, list(self.factored.eliminated)
         for each, x in zip(pressed, amounts, strict=True):
             whole = [add(y, mul(share, x)) for y, share in zip(whole, each.shares, strict=True)]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A tree of segments, and the two sweeps along it that own all changes of basis and origin.
+"""A kinematic tree of segments, and the two recursions along it (Featherstone 2008, ch. 5), which do all changes of basis and origin.
 
-An algorithm is a `Carry`, or a `Drive`: what it does to a value at bodies, joints and arms. `outward` carries values from the ground
-to the tips, `inward` from the tips to the ground.
+`outward` carries values from the ground to the tips, `inward` from the tips to the ground. An algorithm is a subclass of `Drive`
+(outward) or `Carry` (inward), whose methods state what happens to a value at bodies, joints and offsets (arms).
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +28,7 @@ from kane.tree.values import (
 
 
 class Stage(NamedTuple):
-    """What a segment turns and slides by along one basis: joint speeds, the sums ω and ṙ, and what their rates are beside λ."""
+    """The joint motion along one basis: joint speeds, their sums ω = `spin` and ṙ = `slide`, and the λ-free parts of their rates."""
 
     dofs: tuple[Dof, ...] = ()
     spin: Triple = NOTHING
@@ -42,13 +42,14 @@ STILL = Stage()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segment:
-    """What moves as one, in the segment before.
+    """A rigid or flexible body, or a massless link, moved by a joint relative to its parent segment.
 
-    From the basis of work of the parent `lead` turns by constants to A, where the origin lies at `arm`; `outer` joint speeds are along
-    A. `turn` leads to B, the basis of work, along which are the `inner` ones, `body` and `load`; where there is none the segment works
-    along A. `shared` moves it along A by coordinates that move other segments, too; all that moves by the rates `modes` hangs on it.
-    `elastic` is what is felt of flexible parts, at ω and ω·ω. Where `absolute` is not None it is the rate of turn in what the
-    turns about parallel axes begin from, as one speed.
+    The constant rotations `lead` take the working basis of the parent to a basis A, along which are the position `arm` of the origin
+    and the `outer` joint motion. The rotation `turn` takes A to B, the working basis, along which are the `inner` joint motion, `body`
+    and `load`; without a turn the working basis is A. `shared` are the motion subspaces, along A, of elastic coordinates, which move
+    other segments too; `modes` are the rates of those for which this is the nearest segment that carries everything they move.
+    `elastic` maps ω and ω·ω to the spatial inertia of flexible parts. `absolute`, if not None, is one speed that equals the rate of
+    rotation relative to the segment at which a chain of rotations about parallel axes begins.
     """
 
     parent: int
@@ -66,7 +67,7 @@ class Segment:
 
     @property
     def axis(self) -> int | None:
-        """The basis axis that it turns about by all it turns by: the same along A and B."""
+        """The basis axis of all rotations of the joint, the same along A and B; None if they have no common one."""
         drift, spin = self.inner.spin_drift, self.inner.spin
         k = [i for i in range(3) if spin[i] is not ZERO or drift[i] is not ZERO]
         if self.turn is None:
@@ -80,7 +81,7 @@ class Segment:
         return (*self.outer.dofs, *self.inner.dofs)
 
     def pressing(self, w: Triple, square: Expr, at: Accelerations) -> SpatialForce:
-        """What the body presses on the origin with as it moves, less the load."""
+        """The inertia wrench of the body about its origin, with its bias, less the applied load."""
         return self.body.bias(w, square).plus(self.body.at(*at)).plus(opposite(self.load))
 
 
@@ -90,7 +91,7 @@ W = TypeVar("W", bound="Outward")
 
 
 class Inward(Protocol):
-    """A value that is carried to the ground."""
+    """A value that an inward sweep carries to the ground."""
 
     def turned(self: V, turn: Change, /) -> V:
         """Along the basis before a turn."""
@@ -103,44 +104,44 @@ class Inward(Protocol):
 
 
 class Outward(Protocol):
-    """A value that is carried to the tips."""
+    """A value that an outward sweep carries to the tips."""
 
     def turned(self: W, turn: Change, /) -> W:
         """Along the basis after a turn."""
 
 
 class Carry(Generic[V]):
-    """What an inward sweep does to values at bodies, joints and arms; nothing but to add and to move, unless told otherwise."""
+    """The steps of an inward sweep at bodies, joints and arms. By default values are added and referred to the parent's origin."""
 
     ground = False
-    """Whether values are carried to the ground."""
+    """Whether the sweep includes segment 0, the ground."""
 
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
 
     def local(self, i: int) -> V | None:
-        """The value of a segment alone, along its basis of work."""
+        """The value of segment i alone, in its working basis; None if it has none."""
         raise NotImplementedError
 
     def whole(self, i: int, v: V | None) -> V | None:
-        """That of a segment with all that hangs on it."""
+        """The value of segment i with all its descendants, from the sum v."""
         return v
 
     def inner(self, i: int, v: V) -> V:
-        """The value before the joint along the basis of work."""
+        """The value before the inner joint motion."""
         return v
 
     def outer(self, i: int, v: V) -> V:
-        """The value before the joint along A."""
+        """The value before the outer joint motion."""
         return v
 
     def arm(self, i: int, v: V) -> V:
-        """The value at the parent's origin."""
+        """The value about the parent's origin."""
         return v.moved(self.tree[i].arm)
 
 
 def inward(tree: Tree, carry: Carry[V]) -> V | None:
-    """The values of all segments from the tips to the ground, where that is asked for."""
+    """Runs the sweep from the tips to the ground; the value of segment 0 if `carry.ground`, else None or its local value."""
     hung = [carry.local(i) for i in range(len(tree))]
     for i in reversed(range(0 if carry.ground else 1, len(tree))):
         segment, v = tree[i], carry.whole(i, hung[i])
@@ -161,26 +162,26 @@ def inward(tree: Tree, carry: Carry[V]) -> V | None:
 
 
 class Drive(Generic[W]):
-    """What an outward sweep does to values at arms and joints."""
+    """The steps of an outward sweep at arms and joints. By default values only change their basis."""
 
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
 
     def arm(self, i: int, v: W) -> W:
-        """The value at the origin of a segment, along A."""
+        """The value at the origin of segment i, along A."""
         return v
 
     def outer(self, i: int, v: W) -> W:
-        """The value after the joint along A."""
+        """The value after the outer joint motion, along A."""
         return v
 
     def inner(self, i: int, v: W) -> W:
-        """The value after the joint along the basis of work."""
+        """The value after the inner joint motion, in the working basis."""
         return v
 
 
 def outward(tree: Tree, drive: Drive[W], ground: W) -> list[W]:
-    """The values of all segments, along the basis of work, from that of the ground."""
+    """The value of each segment, in its working basis, from the value `ground` of segment 0."""
     result = [ground]
     for i, segment in enumerate(tree):
         if i:
@@ -193,10 +194,11 @@ def outward(tree: Tree, drive: Drive[W], ground: W) -> list[W]:
 
 
 class Rates(NamedTuple):
-    """ω of what a segment moves in, along A, and of the segment, along the basis of work, each with ω·ω; bias accelerations.
+    """Angular velocities of a segment's parent, along A, and of the segment, in its working basis, with ω·ω; bias accelerations.
 
-    `shift` is that of the origin along A, `coriolis` what of it a slide along A adds; `sliding` and `spin` are those that the inner
-    joint adds to a and to α: α = α_p + Σ s ẇ + ω × ω_rel + …, a = a_p + α_p × r + ω_p × (ω_p × r) + 2 ω_p × ṙ + Σ s ẇ + …
+    `shift` is the bias acceleration of the origin, along A, and `coriolis` its part due to the outer slide; `sliding` and `spin` are
+    the parts of a and α due to the inner joint: α = α_p + Σ s ẇ + ω × ω_rel + …,
+    a = a_p + α_p × r + ω_p × (ω_p × r) + 2 ω_p × ṙ + Σ s ẇ + …, where p is the parent and w are joint speeds.
     """
 
     before: Triple = NOTHING
@@ -236,7 +238,7 @@ def rates(tree: Tree) -> list[Rates]:
 
 
 def velocities(tree: Tree, moving: Sequence[Rates]) -> list[Triple]:
-    """Velocities of the segments' origins, along the basis of work."""
+    """The velocity of each segment's origin, in its working basis."""
     result: list[Triple] = [NOTHING]
     for i, s in enumerate(tree):
         if i == 0:
@@ -248,30 +250,30 @@ def velocities(tree: Tree, moving: Sequence[Rates]) -> list[Triple]:
 
 
 class Driven(Drive[Accelerations]):
-    """Accelerations at λ of the joint speeds and shared coordinates by number; at none where λ is not given."""
+    """Accelerations of the segments at the rates `lambdas` of joint speeds and elastic coordinates, by number; bias ones without."""
 
     def __init__(self, tree: Tree, moving: Sequence[Rates], lambdas: Sequence[Expr] = ()) -> None:
         super().__init__(tree)
         self.moving, self.lambdas = moving, lambdas
         self.origins = [Accelerations()]
-        """The accelerations of what a segment moves in, at its origin as that slides, along A."""
+        """The parent's acceleration at each segment's origin, with `shift`, along A."""
 
     def arm(self, i: int, v: Accelerations) -> Accelerations:
-        """The accelerations at the origin."""
+        """The acceleration at the origin, with its bias."""
         v = v.moved(self.tree[i].arm, self.moving[i].shift)
         self.origins.append(v)
         return v
 
     def outer(self, i: int, v: Accelerations) -> Accelerations:
-        """With those of the joint along A."""
+        """The sum with the accelerations of the outer joint speeds and the elastic coordinates."""
         return self.driven((*self.tree[i].shared, *self.tree[i].outer.dofs), v)
 
     def inner(self, i: int, v: Accelerations) -> Accelerations:
-        """With those of the joint along the basis of work."""
+        """The sum with the bias and the accelerations of the inner joint speeds."""
         return self.driven(self.tree[i].inner.dofs, v.plus(self.moving[i].spin, self.moving[i].sliding))
 
     def driven(self, dofs: Sequence[Dof], v: Accelerations) -> Accelerations:
-        """The accelerations with those of joint speeds."""
+        """The sum of v and λ times each motion subspace."""
         for dof in dofs if self.lambdas else ():
             x = self.lambdas[dof.number]
             v = v.plus(times(x, dof.spin), times(x, dof.slide))
@@ -279,34 +281,34 @@ class Driven(Drive[Accelerations]):
 
 
 class Forces(Carry[SpatialForce]):
-    """Generalized forces by number of wrenches on segments, which press on the origins on the way to the ground."""
+    """Generalized forces, by number, of wrenches on segments: each wrench is propagated to the ground and projected on the joints."""
 
     def __init__(self, tree: Tree, wrenches: Sequence[SpatialForce | None], count: int) -> None:
         super().__init__(tree)
         self.wrenches, self.found = wrenches, [ZERO] * count
 
     def local(self, i: int) -> SpatialForce | None:
-        """The wrench on a segment."""
+        """The wrench on segment i."""
         return self.wrenches[i]
 
     def inner(self, i: int, v: SpatialForce) -> SpatialForce:
-        """What joint speeds along the basis of work feel."""
+        """Adds the generalized forces of the inner joint speeds."""
         self.felt(self.tree[i].inner.dofs, v)
         return v
 
     def outer(self, i: int, v: SpatialForce) -> SpatialForce:
-        """What joint speeds along A feel."""
+        """Adds the generalized forces of the outer joint speeds and the elastic coordinates."""
         self.felt((*self.tree[i].outer.dofs, *self.tree[i].shared), v)
         return v
 
     def felt(self, dofs: Sequence[Dof], w: SpatialForce) -> None:
-        """What a wrench does to joint speeds."""
+        """Adds the projection of a wrench on motion subspaces."""
         for dof in dofs:
             self.found[dof.number] = add(self.found[dof.number], w.on(dof))
 
 
 def forces(tree: Tree, wrenches: Sequence[SpatialForce | None], count: int) -> list[Expr]:
-    """Generalized forces by number."""
+    """The `count` generalized forces of wrenches on segments, by number."""
     carry = Forces(tree, wrenches, count)
     inward(tree, carry)
     return carry.found

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives of inverse dynamics by any symbols, accelerations held, and rows of what hangs on a tree.
+"""Analytical derivatives of inverse dynamics by any symbols, at constant accelerations (Singh, Russo & Wensing 2022).
 
-A symbol x changes the motion of some segments relative to the one before. At such a segment and above, the wrench of all that hangs on
-it changes, and goes to the ground as wrenches do; below it, the row of each joint speed comes up to the segment and is multiplied by
-the change. With ω, α of a segment and a of its origin O changed, and all that moves in it moving as before, particles at ρ with
-velocities v from O change their accelerations by δα′ × ρ + 2 δω × v + δa, where δα′ = δα − δω × ω. With
-ρ × (δω × v) = (ρ·v) δω − v (ρ·δω)
+A symbol x changes the motion of some segments relative to their parents. For each such segment the change of its subtree's wrench is
+propagated to the ground and projected on the joints on that path; each joint of the subtree has a row, propagated inward to the
+segment, whose product with the change of motion is the derivative of its force. If ω, α of a segment and a of its origin O change and
+the motion of the subtree relative to it does not, particles at ρ with velocities v from O change their accelerations by
+δα′ × ρ + 2 δω × v + δa, where δα′ = δα − δω × ω. With ρ × (δω × v) = (ρ·v) δω − v (ρ·δω)
 
     δn = J δα′ + (tr P 1 − P) δω + h × δa,      δf = δα′ × h + δω × 2 h° + m δa,
 
-J = ∫ (ρ·ρ 1 − ρ ρᵀ) dm, h = ∫ ρ dm, h° = ∫ v dm and P = 2 ∫ v ρᵀ dm, which is no tensor of inertia: two of its rows and columns would
-be, and P has fewer numbers than J° and ∫ ρ × v dm, which it stands for. δα′ is the same all along a tree, δω too, and an origin at r
-with the velocity v from O has δa + δα′ × r + 2 δω × v. (Singh, Russo & Wensing 2022, in Kane's terms.)
+J = ∫ (ρ·ρ 1 − ρ ρᵀ) dm, h = ∫ ρ dm, h° = ∫ v dm and P = 2 ∫ v ρᵀ dm, a dyadic that is not symmetric and replaces J° and ∫ ρ × v dm.
+δω and δα′ are the same for all segments of the subtree, and an origin at r with velocity v from O changes its acceleration by
+δa + δα′ × r + 2 δω × v.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +34,10 @@ Vectors = tuple[Triple, ...]
 
 
 class HeldFunction:
-    """`make` of vectors, or of numbers, at those of `at`; what it holds beside them is in `symbols`."""
+    """A function `make` of vectors or scalars, traced once with symbols for its arguments, whose values are `at`.
+
+    `symbols` are the free symbols of its result other than its arguments.
+    """
 
     def __init__(self, make: Callable[..., Sequence[Any]], at: Sequence[Any]) -> None:
         names = (Parameter.declare(f"held{k}", description="what is held") for k, _ in enumerate(_flat(at)))
@@ -44,11 +47,11 @@ class HeldFunction:
         self.symbols = frozenset(free_symbols(_flat(self.made))).difference(self.values)
 
     def slope(self, x: Expr) -> Any:
-        """The derivative by a symbol, `at` held; None where it is zero."""
+        """The partial derivative by a symbol at constant arguments; None if it is zero."""
         return self._derivative({x: ONE}) if x in self.symbols else None
 
     def along(self, change: Sequence[Any]) -> Any:
-        """The derivative along a change of `at`."""
+        """The directional derivative for a change of the arguments; None if it is zero."""
         return self._derivative(dict(zip(self.values, _flat(change), strict=True)))
 
     def _derivative(self, seeds: dict[Expr, Expr]) -> Any:
@@ -59,7 +62,7 @@ class HeldFunction:
 
 
 def total(parts: Sequence[Any]) -> Any:
-    """Their sum, of those that are not None."""
+    """The sum of nested tuples of equal structure; None counts as zero."""
     result: Any = None
     for part in parts:
         if result is None:
@@ -78,45 +81,45 @@ def _like(vectors: Sequence[Any], values: Iterator[Expr]) -> tuple[Any, ...]:
 
 
 class _Row(NamedTuple):
-    """What is multiplied by δω, δα′ and δa."""
+    """The coefficients of δω, δα′ and δa in the change of a joint force."""
 
     spin: Triple
     alpha: Triple
     a: Triple
 
     def times(self, change: Vectors) -> Expr:
-        """The sum of the products."""
+        """The change of the joint force for the change (δω, δα′, δa) of motion."""
         spin, alpha, a = change
         return add(add(dot(self.spin, spin), dot(self.alpha, alpha)), dot(self.a, a))
 
     def turned(self, turn: Change) -> "_Row":
-        """Along the basis before a turn."""
+        """The row in the basis before the rotation `turn`."""
         return _Row(*map(turn.up, self))
 
     def swept(self, r: Triple, v: Triple) -> "_Row":
-        """By the changes of the point from which the origin lies at r, with the velocity v."""
+        """The row for changes at the point from which the present origin lies at r and has the velocity v."""
         spin = summed(self.spin, cross3(times(TWO, v), self.a))
         return _Row(spin, summed(self.alpha, cross3(r, self.a)), self.a)
 
 
 class SubtreeMoments(NamedTuple):
-    """m, h, J of what hangs on a segment, 2 h° and P."""
+    """The moments of a subtree: m, h, J in `body`, 2 h° in `shift` and P in `spread`."""
 
     body: Rigid
     shift: Triple
     spread: Cosines
 
     def plus(self, other: "SubtreeMoments") -> "SubtreeMoments":
-        """Both together."""
+        """The sum."""
         shift, spread = summed(self.shift, other.shift), summed_rows(self.spread, other.spread)
         return SubtreeMoments(self.body.plus(other.body), shift, spread)
 
     def turned(self, turn: Change) -> "SubtreeMoments":
-        """Along the basis before a turn."""
+        """The same quantity in the basis before the rotation `turn`."""
         return SubtreeMoments(self.body.turned(turn), turn.up(self.shift), turn.up_general(self.spread))
 
     def swept(self, r: Triple, v: Triple) -> "SubtreeMoments":
-        """About the point from which the origin lies at r, with the velocity v: P + 2 h° rᵀ + 2 v (h + m r)ᵀ."""
+        """The moments about the point from which the present origin lies at r with velocity v: P + 2 h° rᵀ + 2 v (h + m r)ᵀ."""
         body, twice = self.body.moved(r), times(TWO, v)
         a, b, c = (
             summed(row, summed(times(x, r), times(y, body.h)))
@@ -130,14 +133,14 @@ class SubtreeMoments(NamedTuple):
         return ((add(yy, zz), neg(xy), neg(xz)), (neg(yx), add(xx, zz), neg(yz)), (neg(zx), neg(zy), add(xx, yy)))
 
     def change(self, spin: Triple, alpha: Triple, a: Triple) -> SpatialForce:
-        """δn and δf."""
+        """The change δn, δf of the wrench for the change δω, δα′, δa of motion."""
         m, h, j = self.body
         n = summed(product(self.turning(), spin), summed(product(j, alpha), cross3(h, a)))
         f = summed(cross3(spin, self.shift), cross3(alpha, h))
         return SpatialForce(n, summed(f, times(m, a)))
 
     def row(self, dof: Dof) -> _Row:
-        """s·δn + t·δf of a joint speed that adds s to ω and t to ṙ."""
+        """The row of s·δn + t·δf for a joint speed with spin s and slide t."""
         m, h, j = self.body
         spin, slide = dof.spin, dof.slide
         turned = _Row(product(transposed(self.turning()), spin), product(j, spin), cross3(spin, h))
@@ -146,7 +149,7 @@ class SubtreeMoments(NamedTuple):
 
 
 def alone(body: Rigid, w: Triple) -> SubtreeMoments:
-    """A body that turns at ω: 2 ω × ∫ ρ ρᵀ dm, of which J is the trace without it."""
+    """The moments of one body with angular velocity ω: P = 2 ω × E, where E = ∫ ρ ρᵀ dm = ½ (tr J) 1 − J."""
     half = div(add(add(body.j[0][0], body.j[1][1]), body.j[2][2]), TWO)
     spread = as_rows([[sub(half, x) if a == b else neg(x) for b, x in enumerate(row)] for a, row in enumerate(body.j)])
     twice = times(TWO, w)
@@ -156,7 +159,7 @@ def alone(body: Rigid, w: Triple) -> SubtreeMoments:
 
 @dataclass(frozen=True, eq=False)
 class _Value:
-    """What hangs on a segment, its wrench, the changes of that by symbol, and the rows of joint speeds beyond, by number."""
+    """A subtree: its moments, its wrench, the derivatives of that by symbol, and the rows of its joint speeds, by number."""
 
     symbols: Sequence[Symbol]
     moving: SubtreeMoments
@@ -165,7 +168,7 @@ class _Value:
     rows: dict[int, _Row]
 
     def plus(self, other: "_Value") -> "_Value":
-        """Both together."""
+        """The sum."""
         columns = dict(self.columns)
         for x, w in other.columns.items():
             _join(columns, x, w)
@@ -173,23 +176,23 @@ class _Value:
         return _Value(self.symbols, moving, self.force.plus(other.force), columns, {**self.rows, **other.rows})
 
     def turned(self, turn: Change) -> "_Value":
-        """Along the basis before a turn."""
+        """The same quantity in the basis before the rotation `turn`."""
         force, columns = self.passed(lambda n, f: SpatialForce(n, f).turned(turn))
         rows = {k: row.turned(turn) for k, row in self.rows.items()}
         return _Value(self.symbols, self.moving.turned(turn), force, columns, rows)
 
     def moved(self, r: Triple) -> "_Value":
-        """At rest about the point from which the origin lies at r."""
+        """The value about the point from which the present origin lies at r, without relative velocity."""
         return self.swept(r, NOTHING)
 
     def swept(self, r: Triple, v: Triple) -> "_Value":
-        """About the point from which the origin lies at r, with the velocity v."""
+        """The value about the point from which the present origin lies at r with velocity v."""
         force, columns = self.passed(lambda n, f: SpatialForce(n, f).moved(r))
         rows = {k: row.swept(r, v) for k, row in self.rows.items()}
         return _Value(self.symbols, self.moving.swept(r, v), force, columns, rows)
 
     def passed(self, make: Callable[[Triple, Triple], SpatialForce]) -> tuple[SpatialForce, dict[Symbol, SpatialForce]]:
-        """The wrench on its way, and its changes with those of the way."""
+        """The wrench changed by `make`, and its derivatives, which include those of `make` itself."""
         columns, held = {x: make(*w) for x, w in self.columns.items()}, HeldFunction(make, self.force)
         for x in self.symbols:
             _join(columns, x, held.slope(x))
@@ -203,7 +206,7 @@ def _join(columns: dict[Symbol, SpatialForce], x: Symbol, w: Sequence[Triple] | 
 
 
 class _Traced(Driven):
-    """Accelerations, with those along A at the parent's origin and after the joint along A."""
+    """The outward sweep of accelerations that records them along A before the arm (`entered`) and after the outer joint (`placed`)."""
 
     def __init__(self, tree: Tree, moving: Sequence[Rates], lambdas: Sequence[Expr]) -> None:
         super().__init__(tree, moving, lambdas)
@@ -219,7 +222,7 @@ class _Traced(Driven):
 
 
 class _Changes(Carry[_Value]):
-    """∂g/∂x by the number of the joint speed and x; g is what each joint speed leaves of its equation."""
+    """The inward sweep that computes ∂g/∂x by number and x, where g is the generalized force of each joint speed."""
 
     def __init__(self, tree: Tree, ground: Triple, lambdas: Sequence[Expr], symbols: Sequence[Symbol]) -> None:
         super().__init__(tree)
@@ -237,7 +240,7 @@ class _Changes(Carry[_Value]):
         self.found: dict[tuple[int, Symbol], Expr] = {}
 
     def changes(self, i: int, drive: _Traced) -> dict[Symbol, Vectors]:
-        """How the motion of a segment changes, that of the one before held: δω, δα′ and δa by symbol."""
+        """The derivatives δω, δα′ and δa of a segment's motion by symbol, at a given motion of its parent."""
         s, at, result = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
         parent = self.rates[s.parent].w, *self.work[s.parent]
         stages = [
@@ -256,7 +259,7 @@ class _Changes(Carry[_Value]):
         return result
 
     def driven(self, dofs: Sequence[Dof], x: Symbol) -> Vectors | None:
-        """What changes of the axes of joint speeds add to α and a."""
+        """The derivatives of α and a by x due to motion subspaces that depend on x; None if they are zero."""
         alpha = a = NOTHING
         for dof in dofs:
             spin, slide = (triple(tangent(e, {x: ONE}) for e in v) for v in (dof.spin, dof.slide))
@@ -298,7 +301,7 @@ class _Changes(Carry[_Value]):
         return v.swept(s.arm, summed(cross3(at.before, s.arm), summed(s.outer.slide, late)))
 
     def felt(self, dofs: Sequence[Dof], v: _Value) -> _Value:
-        """What changed wrenches do to joint speeds, and what the wrench does to changed ones; with the rows of these."""
+        """Adds ∂(s·w)/∂x for the wrench w and motion subspaces s, and derivatives of reflected inertias; the value with their rows."""
         rows = dict(v.rows)
         for dof in dofs:
             for x, w in v.columns.items():
@@ -316,19 +319,19 @@ class _Changes(Carry[_Value]):
         return _Value(self.symbols, v.moving, v.force, v.columns, rows)
 
     def add(self, number: int, x: Symbol, value: Expr) -> None:
-        """One more part."""
+        """Adds to ∂g/∂x."""
         self.found[number, x] = add(self.found.get((number, x), ZERO), value)
 
 
 def _placed(s: Segment, w: Triple, alpha: Triple, a: Triple) -> Vectors:
-    """The motion along A at the origin."""
+    """ω of the parent, α and a at the origin of a segment, along A, at zero rates of the joint speeds."""
     a = summed(a, summed(cross3(alpha, s.arm), cross3(w, cross3(w, s.arm))))
     a = summed(a, s.outer.slide_drift)
     return w, alpha, a if is_zero(s.outer.slide) else summed(a, times(TWO, cross3(w, s.outer.slide)))
 
 
 def _turned(s: Segment, w: Triple, alpha: Triple, a: Triple) -> Vectors:
-    """The motion along the basis of work."""
+    """ω, α and a of a segment in its working basis, from those along A, at zero rates of the inner joint speeds."""
     if s.turn is not None:
         w, alpha, a = map(s.turn.down, (w, alpha, a))
     if not is_zero(s.inner.slide):
@@ -341,7 +344,7 @@ def _turned(s: Segment, w: Triple, alpha: Triple, a: Triple) -> Vectors:
 def tangents(
     tree: Tree, ground: Triple, lambdas: Sequence[Expr], symbols: Sequence[Symbol]
 ) -> dict[tuple[int, Symbol], Expr]:
-    """∂g/∂x, λ held, by the number of the joint speed and x; g is the generalized force that inverse dynamics has of each."""
+    """∂g/∂x at constant λ, by the number of the joint speed and symbol; g are the generalized forces of inverse dynamics."""
     carry = _Changes(tree, ground, lambdas, symbols)
     inward(tree, carry)
     return carry.found

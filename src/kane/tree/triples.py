@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measure numbers of vectors and dyadics, and the turns that take them from one basis to the next."""
+"""Measure numbers of vectors (3) and dyadics (3 × 3), and the rotations that take them from one basis to the next."""
 
 from collections.abc import Iterable
 from typing import NamedTuple, TypeVar
@@ -25,21 +25,21 @@ NO_ROWS: Cosines = (NOTHING, NOTHING, NOTHING)
 
 
 class Turn(NamedTuple):
-    """A change of basis from the base of a basis to this, or back where `inverse`."""
+    """A change of basis, from the base of `basis` to `basis`, or the inverse."""
 
     basis: Basis
     inverse: bool = False
 
     @property
     def orientation(self) -> Orientation:
-        """That of the basis in its base."""
+        """The orientation of the basis in its base."""
         o = self.basis.orientation
         assert o is not None
         return o
 
     @property
     def axis(self) -> int | None:
-        """The basis axis that it turns about; None about another."""
+        """The basis axis of the rotation; None if it is about another axis."""
         return self.orientation.axis
 
     @property
@@ -48,22 +48,22 @@ class Turn(NamedTuple):
         return self.orientation.base
 
     def down(self, v: Triple) -> Triple:
-        """Measure numbers before the turn as those after it."""
+        """The measure numbers after the rotation, from those before it."""
         return leave(self.basis, v) if self.inverse else enter(self.basis, v)
 
     def up(self, v: Triple) -> Triple:
-        """Measure numbers after the turn as those before it."""
+        """The measure numbers before the rotation, from those after it."""
         return enter(self.basis, v) if self.inverse else leave(self.basis, v)
 
     def up_symmetric(self, rows: Cosines, *, several: bool = False) -> Cosines:
-        """Those of a symmetric dyadic, one of `several` or not."""
+        """`up` of a symmetric dyadic; `several` if others are turned by the same rotation, so that products of c and s are shared."""
         o = self.orientation
         if o.axis is not None:
             return turned_symmetric(rows, o.axis, o.c, neg(o.s) if self.inverse else o.s, several=several)
         return mirrored(self._by_cosines(rows))
 
     def up_general(self, rows: Cosines) -> Cosines:
-        """Those of a dyadic."""
+        """`up` of a dyadic."""
         o = self.orientation
         if o.axis is not None:
             return _turned_general(rows, o.axis, o.c, neg(o.s) if self.inverse else o.s)
@@ -84,14 +84,14 @@ def similar(c: Cosines, rows: Cosines) -> Cosines:
 
 
 class Turns(NamedTuple):
-    """Changes of basis one after the other, from the base of the first to the last."""
+    """A sequence of changes of basis, from the base of the first to the last."""
 
     steps: tuple["Turn | Turns", ...]
     axis: None = None
 
     @property
     def basis(self) -> Basis:
-        """The last."""
+        """The last basis."""
         return self.steps[-1].basis
 
     @property
@@ -100,30 +100,30 @@ class Turns(NamedTuple):
         return self.steps[0].base
 
     def down(self, v: Triple) -> Triple:
-        """Measure numbers before the turns as those after them."""
+        """The measure numbers after the rotations, from those before them."""
         return turned_down(self.steps, v)
 
     def up(self, v: Triple) -> Triple:
-        """Measure numbers after the turns as those before them."""
+        """The measure numbers before the rotations, from those after them."""
         for turn in reversed(self.steps):
             v = turn.up(v)
         return v
 
     def up_symmetric(self, rows: Cosines, *, several: bool = False) -> Cosines:
-        """Those of a symmetric dyadic, one of `several` or not."""
+        """`up` of a symmetric dyadic; `several` if others are turned by the same rotation, so that products of c and s are shared."""
         for turn in reversed(self.steps):
             rows = turn.up_symmetric(rows, several=several)
         return rows
 
     def up_general(self, rows: Cosines) -> Cosines:
-        """Those of a dyadic."""
+        """`up` of a dyadic."""
         for turn in reversed(self.steps):
             rows = turn.up_general(rows)
         return rows
 
 
 def turned_down(turns: Iterable[Turn | Turns], v: Triple) -> Triple:
-    """Measure numbers before some turns as those after them."""
+    """The measure numbers after some rotations, from those before them."""
     for turn in turns:
         v = turn.down(v)
     return v
@@ -152,13 +152,13 @@ def _turned_general(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
 
 
 def as_rows(rows: list[list[Expr]]) -> Cosines:
-    """A list of lists as rows."""
+    """Three lists as a tuple of rows."""
     a, b, c = rows
     return (a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2])
 
 
 def mirrored(rows: Cosines) -> Cosines:
-    """The rows with the entries of the upper triangle below it too."""
+    """The symmetric matrix with the upper triangle of `rows`."""
     (a, b, c), (_, d, e), (_, _, f) = rows
     return (a, b, c), (b, d, e), (c, e, f)
 
@@ -191,7 +191,7 @@ def summed_rows(a: Cosines, b: Cosines) -> Cosines:
 
 
 def summed_symmetric(a: Cosines, b: Cosines) -> Cosines:
-    """A + B of symmetric ones, whose entries below the diagonal are those above."""
+    """A + B for symmetric A and B."""
     return mirrored(summed_rows(a, b))
 
 
@@ -220,18 +220,18 @@ def centripetal(w: Triple, r: Triple, square: Expr) -> Triple:
 
 
 def triple(values: Iterable[Expr]) -> Triple:
-    """Three values."""
+    """A tuple of three values."""
     x, y, z = values
     return x, y, z
 
 
 def is_zero(v: Iterable[Expr]) -> bool:
-    """Whether all of these are zero."""
+    """Whether all values are structural zeros."""
     return all(x is ZERO for x in v)
 
 
 def put(v: tuple[T, T, T], k: int, x: T) -> tuple[T, T, T]:
-    """The triple with x in place k."""
+    """The triple with entry k replaced by x."""
     return (x, v[1], v[2]) if k == 0 else (v[0], x, v[2]) if k == 1 else (v[0], v[1], x)
 
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What sweeps carry along a tree: accelerations outward; wrenches, rigid bodies and articulated inertias inward.
+"""Spatial quantities that sweeps carry along a tree: accelerations outward; wrenches, rigid-body and articulated inertias inward.
 
-Each value knows `turned` (outward: to the basis after a turn; inward: to the one before it) and `moved` (outward: to the point at r;
-inward: to the point from which the origin lies at r), those carried inward also `plus`. Zeros are structural: they make no node.
+Each class has `turned`, which changes the basis (outward: to the child's, inward: to the parent's), and `moved`, which changes the
+origin (outward: to the point at r; inward: to the point from which the present origin lies at r). Those carried inward also have
+`plus`, the sum. Zeros are structural: sums and products with them create no expression node.
 
-An inertia maps the accelerations (α, a) of a basis and of its origin to a moment about that point and a force,
+An inertia maps the acceleration (α, a) of a basis and of its origin to a moment about that origin and a force,
 
     n = J α + H a,   f = Hᵀ α + M a.
 
@@ -45,9 +46,9 @@ Change = Turn | Turns
 
 
 class Reflected(NamedTuple):
-    """What turns or slides in the ground at the rate of a joint speed adds to the equation of that: a to M, −Q to f.
+    """The reflected inertia `inertia`, added to M at a joint speed, and `force`, subtracted from f.
 
-    So the rotor of a motor does whose stator stands still, and a counterweight.
+    They belong to a body that turns or slides in the ground at the rate of the joint speed: a geared rotor, a counterweight.
     """
 
     inertia: Expr
@@ -55,9 +56,10 @@ class Reflected(NamedTuple):
 
 
 class Dof(NamedTuple):
-    """A joint speed: what it adds to ω and to ṙ, its row in the generalized speeds or in the rates of coordinates, its number.
+    """A joint speed: its motion subspace (`spin` in ω, `slide` in ṙ), its `row` as a linear form, and its number.
 
-    λ, what spin and slide are taken with in α and in the acceleration, is Σ c u̇ of a row in speeds, Σ c q̈ of one in rates.
+    Its rate λ, the coefficient of spin in α and of slide in a, is Σ c u̇ if the row is in generalized speeds, Σ c q̈ if it is in
+    rates of coordinates, where c are the coefficients of the row.
     """
 
     spin: Triple
@@ -68,13 +70,13 @@ class Dof(NamedTuple):
 
     @property
     def unit(self) -> tuple[int, bool] | None:
-        """The axis, where the joint turns or slides along a basis axis at the rate of the speed, and whether it turns."""
+        """(k, whether it is a rotation) if the motion subspace is the unit vector of basis axis k, else None."""
         k = _unit(self.spin) if is_zero(self.slide) else _unit(self.slide) if is_zero(self.spin) else None
         return None if k is None else (k, is_zero(self.slide))
 
     @property
     def free(self) -> tuple[int, bool] | None:
-        """The same where the joint transmits nothing along the axis, as nothing is reflected to it."""
+        """`unit` if no inertia is reflected to the joint, so that it transmits no moment or force along that axis, else None."""
         return self.unit if self.reflected is None else None
 
 
@@ -84,44 +86,44 @@ def _unit(v: Triple) -> int | None:
 
 
 class Accelerations(NamedTuple):
-    """α of a basis and a of its origin."""
+    """The angular acceleration α of a basis and the acceleration a of its origin."""
 
     alpha: Triple = NOTHING
     a: Triple = NOTHING
 
     def turned(self, turn: Change) -> "Accelerations":
-        """Along the basis after a turn."""
+        """The same vectors in the basis after the rotation `turn`."""
         return Accelerations(turn.down(self.alpha), turn.down(self.a))
 
     def moved(self, r: Triple, bias: Triple = NOTHING) -> "Accelerations":
-        """At the point at r, with the bias acceleration of that."""
+        """The acceleration of the point at r, a + α × r + `bias`."""
         return Accelerations(self.alpha, summed(self.a, summed(cross3(self.alpha, r), bias)))
 
     def plus(self, alpha: Triple, a: Triple) -> "Accelerations":
-        """With more of both."""
+        """The sum with another angular acceleration and acceleration."""
         return Accelerations(summed(self.alpha, alpha), summed(self.a, a))
 
 
 class SpatialForce(NamedTuple):
-    """A moment about the origin, and a force."""
+    """A wrench: the moment n about the origin, and the force f."""
 
     n: Triple = NOTHING
     f: Triple = NOTHING
 
     def turned(self, turn: Change) -> "SpatialForce":
-        """Along the basis before a turn."""
+        """The same quantity in the basis before the rotation `turn`."""
         return SpatialForce(turn.up(self.n), turn.up(self.f))
 
     def moved(self, r: Triple) -> "SpatialForce":
-        """About the point from which this origin lies at r."""
+        """The same quantity about the point from which the present origin lies at r."""
         return SpatialForce(summed(self.n, cross3(r, self.f)), self.f)
 
     def plus(self, other: "SpatialForce") -> "SpatialForce":
-        """Both together."""
+        """The sum."""
         return SpatialForce(summed(self.n, other.n), summed(self.f, other.f))
 
     def times(self, k: Expr) -> "SpatialForce":
-        """k times the wrench."""
+        """The wrench multiplied by k."""
         return SpatialForce(times(k, self.n), times(k, self.f))
 
     def along(self, spin: Triple, slide: Triple) -> Expr:
@@ -129,7 +131,7 @@ class SpatialForce(NamedTuple):
         return add(dot(spin, self.n), dot(slide, self.f))
 
     def on(self, dof: Dof) -> Expr:
-        """The generalized force on a joint speed."""
+        """The generalized force of the wrench for a joint speed, spin·n + slide·f."""
         return self.along(dof.spin, dof.slide)
 
 
@@ -137,27 +139,27 @@ NO_WRENCH = SpatialForce()
 
 
 def opposite(w: SpatialForce) -> SpatialForce:
-    """The wrench of the reaction."""
+    """−w."""
     return SpatialForce(negative(w.n), negative(w.f))
 
 
 class Rigid(NamedTuple):
-    """Mass, h = m r* and the inertia about the origin of what is rigid."""
+    """A rigid-body inertia: mass m, first moment h = m r*, and inertia dyadic J about the origin."""
 
     m: Expr
     h: Triple
     j: Cosines
 
     def plus(self, other: "Rigid") -> "Rigid":
-        """Both together."""
+        """The sum."""
         return Rigid(add(self.m, other.m), summed(self.h, other.h), summed_symmetric(self.j, other.j))
 
     def turned(self, turn: Change) -> "Rigid":
-        """Along the basis before a turn."""
+        """The same quantity in the basis before the rotation `turn`."""
         return Rigid(self.m, turn.up(self.h), turn.up_symmetric(self.j))
 
     def moved(self, r: Triple) -> "Rigid":
-        """About the point from which this origin lies at r."""
+        """The same quantity about the point from which the present origin lies at r."""
         m, h = self.m, self.h
         whole = add(mul(TWO, dot(h, r)), mul(m, dot(r, r)))
         rows = [list(row) for row in self.j]
@@ -171,13 +173,13 @@ class Rigid(NamedTuple):
         return Rigid(m, summed(h, times(m, r)), as_rows(rows))
 
     def bias(self, w: Triple, square: Expr) -> SpatialForce:
-        """ω × J ω and ω × (ω × h), with ω · ω; what J has of the unit dyadic adds nothing."""
+        """The bias wrench ω × J ω, ω × (ω × h); `square` is ω·ω. Multiples of the unit dyadic in J drop out, as ω × ω = 0."""
         (a, b, c), (d, e, f), (g, h, common) = self.j
         j = (sub(a, common), b, c), (d, sub(e, common), f), (g, h, ZERO)
         return SpatialForce(cross3(w, product(j, w)), centripetal(w, self.h, square))
 
     def about(self, k: int) -> Expr:
-        """The moment of inertia about a basis axis."""
+        """The moment of inertia about basis axis k."""
         return self.j[k][k]
 
     def turned_by(self, v: Triple) -> Triple:
@@ -185,12 +187,12 @@ class Rigid(NamedTuple):
         return product(self.j, v)
 
     def at(self, alpha: Triple, a: Triple) -> SpatialForce:
-        """The inertia wrench at the accelerations α and a, less the bias."""
+        """The wrench J α + h × a, α × h + m a at accelerations α and a; `bias` is not included."""
         return _at(self, alpha, a)
 
     @property
     def is_nothing(self) -> bool:
-        """Whether there is none."""
+        """Whether all entries are structural zeros."""
         return self.m is ZERO and all(x is ZERO for row in (self.h, *self.j) for x in row)
 
 
@@ -198,10 +200,10 @@ NO_MASS = Rigid(ZERO, NOTHING, NO_ROWS)
 
 
 class Moments(NamedTuple):
-    """m, h = m r* and E = Σ m r r of what is rigid, and J where that is known.
+    """A rigid-body inertia by its moments: m, h = m r*, second moment E = Σ m r r, and the inertia dyadic J if it was given.
 
-    The inertia is J = (tr E) 1 − E. E is shorter to move than J (E + h p + p h + m p p, without a trace), and bias wrenches are
-    shorter in it: with r × (a × (b × r)) = (r·(b × r)) a − (r·a) b × r, whose first term is zero,
+    J = (tr E) 1 − E. Moving E by p takes fewer operations than moving J (E + h p + p h + m p p, without a trace), and bias
+    wrenches are shorter: since r × (a × (b × r)) = (r·(b × r)) a − (r·a) b × r, whose first term is zero,
 
         Σ m r × (a × (b × r)) = (E a) × b,        ω × J ω = (E ω) × ω
     """
@@ -212,17 +214,17 @@ class Moments(NamedTuple):
     j: Cosines | None = None
 
     def plus(self, other: "Moments") -> "Moments":
-        """Both together."""
+        """The sum."""
         if self is NO_MOMENTS or other is NO_MOMENTS:
             return other if self is NO_MOMENTS else self
         return Moments(add(self.m, other.m), summed(self.h, other.h), summed_symmetric(self.e, other.e))
 
     def turned(self, turn: Change) -> "Moments":
-        """Along the basis before a turn."""
+        """The same quantity in the basis before the rotation `turn`."""
         return self if self is NO_MOMENTS else Moments(self.m, turn.up(self.h), turn.up_symmetric(self.e))
 
     def moved(self, r: Triple) -> "Moments":
-        """About the point from which this origin lies at r."""
+        """The same quantity about the point from which the present origin lies at r."""
         if self is NO_MOMENTS or is_zero(r):
             return self
         h = summed(self.h, times(self.m, r))
@@ -234,17 +236,17 @@ class Moments(NamedTuple):
         return Moments(self.m, h, as_rows(rows))
 
     def about(self, k: int) -> Expr:
-        """The moment of inertia about a basis axis."""
+        """The moment of inertia about basis axis k."""
         if self.j is not None:
             return self.j[k][k]
         return add(self.e[(k + 1) % 3][(k + 1) % 3], self.e[(k + 2) % 3][(k + 2) % 3])
 
     def entry(self, a: int, b: int) -> Expr:
-        """J_ab."""
+        """The entry J_ab of the inertia dyadic."""
         return self.about(a) if a == b else neg(self.e[a][b])
 
     def along(self, k: int, v: Triple) -> Expr:
-        """The measure number of J v along a basis axis."""
+        """The measure number of J v along basis axis k."""
         return sum_of(mul(self.entry(k, b), x) for b, x in enumerate(v) if x is not ZERO)
 
     def turned_by(self, v: Triple) -> Triple:
@@ -252,7 +254,7 @@ class Moments(NamedTuple):
         return NOTHING if v is NOTHING else triple(self.along(k, v) for k in range(3))
 
     def at(self, alpha: Triple, a: Triple) -> SpatialForce:
-        """The inertia wrench at the accelerations α and a, less the bias."""
+        """The wrench J α + h × a, α × h + m a at accelerations α and a; `bias` is not included."""
         return _at(self, alpha, a)
 
 
@@ -260,7 +262,7 @@ NO_MOMENTS = Moments(ZERO, NOTHING, NO_ROWS)
 
 
 def moments(body: Rigid) -> Moments:
-    """Those of a body with this inertia: E = ½ (tr J) 1 − J."""
+    """The moments of a rigid body, E = ½ (tr J) 1 − J."""
     if body.is_nothing:
         return NO_MOMENTS
     rows = [[neg(x) for x in row] for row in body.j]
@@ -271,15 +273,15 @@ def moments(body: Rigid) -> Moments:
 
 
 def _at(body: Rigid | Moments, alpha: Triple, a: Triple) -> SpatialForce:
-    """J α + h × a, α × h + m a."""
+    """The wrench J α + h × a, α × h + m a."""
     n = summed(body.turned_by(alpha), cross3(body.h, a))
     return SpatialForce(n, summed(cross3(alpha, body.h), times(body.m, a)))
 
 
 class Column(NamedTuple):
-    """What a coordinate that moves several segments adds to an inertia: wrench, row of M, force at no acceleration.
+    """The column of elastic coordinate k in a spatial inertia: wrench (n_k, f_k), row m_kl of M, force e_k at zero acceleration.
 
-    At the accelerations (α, a) of an origin and λ_k of such coordinates
+    An elastic coordinate moves several segments. At the acceleration (α, a) of an origin and rates λ_k of such coordinates
 
         n = J α + H a + Σ n_k λ_k + …,   f = Hᵀ α + M a + Σ f_k λ_k + …,   Q_k = n_k·α + f_k·a + Σ m_kl λ_l + e_k.
     """
@@ -289,24 +291,24 @@ class Column(NamedTuple):
     force: Expr = ZERO
 
     def plus(self, other: "Column") -> "Column":
-        """Both together."""
+        """The sum."""
         return Column(self.w.plus(other.w), with_entries(self.row, other.row), add(self.force, other.force))
 
 
 Columns = Mapping[Expr, Column]
-"""Columns by the rate that a coordinate has λ of."""
+"""Columns of elastic coordinates, by the speed or rate that stands in the row of the coordinate."""
 NO_COLUMNS: Columns = MappingProxyType({})
 
 
 def joined(a: Columns, b: Columns) -> Columns:
-    """Both together."""
+    """The sums of columns of the same coordinate; columns in only one of the mappings are kept."""
     if not a or not b:
         return a or b
     return {k: a[k].plus(b[k]) if k in a and k in b else a.get(k) or b[k] for k in {**a, **b}}
 
 
 def with_entries(row: Row, more: Row) -> dict[Expr, Expr]:
-    """A row with more entries added to it."""
+    """The sum of two sparse rows."""
     whole = dict(row)
     for k, x in more.items():
         whole[k] = add(whole.get(k, ZERO), x)
@@ -314,9 +316,9 @@ def with_entries(row: Row, more: Row) -> dict[Expr, Expr]:
 
 
 class Elimination(NamedTuple):
-    """A joint speed, or the rate of a coordinate that moves several segments, eliminated from an inertia.
+    """One step of elimination in the ABA: of a joint speed, or of the rate of an elastic coordinate.
 
-    λ = rest − t·(α, a) − …; t is U/D, `beside` is n_k·s/D of the columns that it was eliminated from.
+    λ = rest − t·(α, a) − Σ beside_k λ_k, where t = U/D, D is the pivot and beside_k = (n_k·s)/D for the elastic columns k present.
     """
 
     of: Dof | Expr
@@ -326,7 +328,7 @@ class Elimination(NamedTuple):
     beside: Row
 
     def known(self, values: Row) -> Expr:
-        """The rest with λ of the columns."""
+        """rest − Σ beside_k λ_k at the rates λ_k given in `values`."""
         rest = self.rest
         for b, x in self.beside.items():
             if x is not ZERO:
@@ -334,17 +336,17 @@ class Elimination(NamedTuple):
         return rest
 
     def value(self, at: Accelerations, values: Row) -> Expr:
-        """λ at the accelerations of the origin."""
+        """λ at the acceleration `at` of the origin and the rates of the elastic columns."""
         return sub(self.known(values), self.t.along(at.alpha, at.a))
 
     def after(self, at: Accelerations, values: Row) -> tuple[Expr, Accelerations]:
-        """λ of a joint speed, and the accelerations with it."""
+        """λ of a joint speed, and the acceleration beyond the joint."""
         assert isinstance(self.of, Dof)
         unit = self.of.free
         if unit is None:
             x = self.value(at, values)
             return x, at.plus(times(x, self.of.spin), times(x, self.of.slide))
-        k, turns = unit  # the whole component first, as U/D is 1 there
+        k, turns = unit  # U/D is 1 at component k, so solve for its sum with λ
         before = at.alpha if turns else at.a
         rest = at._replace(alpha=put(before, k, ZERO)) if turns else at._replace(a=put(before, k, ZERO))
         whole = self.value(rest, values)
@@ -353,7 +355,7 @@ class Elimination(NamedTuple):
 
 
 class SpatialInertia(NamedTuple):
-    """J, H and M, the wrench that is there at no acceleration, and columns of coordinates that move several segments."""
+    """A spatial inertia with blocks J, H and M, the wrench p at zero acceleration, and the columns of elastic coordinates."""
 
     j: Cosines
     h: Cosines
@@ -362,7 +364,7 @@ class SpatialInertia(NamedTuple):
     columns: Columns = NO_COLUMNS
 
     def plus(self, other: "SpatialInertia") -> "SpatialInertia":
-        """Both together."""
+        """The sum."""
         return SpatialInertia(
             summed_symmetric(self.j, other.j),
             summed_rows(self.h, other.h),
@@ -372,7 +374,7 @@ class SpatialInertia(NamedTuple):
         )
 
     def turned(self, turn: Change) -> "SpatialInertia":
-        """Along the basis before a turn."""
+        """The same quantity in the basis before the rotation `turn`."""
         return SpatialInertia(
             turn.up_symmetric(self.j, several=True),
             turn.up_general(self.h),
@@ -382,7 +384,7 @@ class SpatialInertia(NamedTuple):
         )
 
     def moved(self, r: Triple) -> "SpatialInertia":
-        """About the point from which this origin lies at r."""
+        """The same quantity about the point from which the present origin lies at r."""
         if is_zero(r):
             return self
         (m_0, m_1, m_2), (h_0, h_1, h_2) = self.m, self.h
@@ -397,7 +399,7 @@ class SpatialInertia(NamedTuple):
         return SpatialInertia(as_rows(rows), g, self.m, self.p.moved(r), columns)
 
     def at(self, alpha: Triple, a: Triple) -> "SpatialInertia":
-        """The same with what known parts of the acceleration add to the wrench and to the forces on columns."""
+        """The inertia with known parts α, a of the acceleration moved into the wrench p and into the columns' forces."""
         if is_zero(alpha) and is_zero(a):
             return self
         columns = {b: c._replace(force=add(c.force, c.w.along(alpha, a))) for b, c in self.columns.items()}
@@ -406,7 +408,7 @@ class SpatialInertia(NamedTuple):
         return self._replace(p=SpatialForce(n, f), columns=columns)
 
     def of(self, dof: Dof) -> SpatialForce:
-        """The wrench at the acceleration 1 of a joint speed: one of the entries is all that a product with a unit vector has."""
+        """U = I s, the wrench at unit rate of a joint speed; one column of the inertia if s is the unit vector of a basis axis."""
         if dof.unit is not None:
             k, turns = dof.unit
             return SpatialForce(transposed(self.j if turns else self.h)[k], (self.h if turns else self.m)[k])
@@ -414,7 +416,7 @@ class SpatialInertia(NamedTuple):
         return SpatialForce(n, summed(product(transposed(self.h), dof.spin), product(self.m, dof.slide)))
 
     def without(self, dof: Dof) -> tuple["SpatialInertia", Elimination]:
-        """What is felt before a joint speed, which is free.
+        """The articulated inertia before a free joint speed, and its elimination (Featherstone 2008, sec. 7.2).
 
         U = I s,   D = s·U,   λ = (−s·p − U·a)/D,      I − U Uᵀ/D,   p − U (s·p)/D
         """
@@ -425,7 +427,7 @@ class SpatialInertia(NamedTuple):
         left, pivot = self._eliminated(dof, u, d, force, {b: c.w.on(dof) for b, c in self.columns.items()})
         if dof.free is None:
             return left, pivot
-        k, turns = dof.free  # rows and columns that cancel
+        k, turns = dof.free  # row and column k of I − U Uᵀ/D cancel: make them structural zeros
         if turns:
             p = left.p._replace(n=put(left.p.n, k, ZERO))
             return left._replace(j=_without(left.j, k), h=put(left.h, k, NOTHING), p=p), pivot
@@ -433,7 +435,7 @@ class SpatialInertia(NamedTuple):
         return left._replace(h=h, m=_without(left.m, k), p=left.p._replace(f=put(left.p.f, k, ZERO))), pivot
 
     def without_mode(self, b: Expr) -> tuple["SpatialInertia", Elimination]:
-        """What is felt where all that moves by a rate hangs here."""
+        """The inertia with the elastic coordinate of q̇ = b eliminated, at the segment that carries all segments it moves."""
         columns = dict(self.columns)
         own = columns.pop(b, Column())
         less = {k: c._replace(row={o: x for o, x in c.row.items() if o is not b}) for k, c in columns.items()}
@@ -443,7 +445,7 @@ class SpatialInertia(NamedTuple):
     def _eliminated(
         self, of: Dof | Expr, u: SpatialForce, d: Expr, force: Expr, g: Row
     ) -> tuple["SpatialInertia", Elimination]:
-        """Without what has the wrench U, the pivot D, this force at no acceleration, and g of columns."""
+        """Eliminates an unknown with wrench U, pivot D, `force` at zero acceleration and couplings g; SingularError if D is zero."""
         if d is ZERO:
             raise SingularError("Expected every joint speed to move some mass.")
         t, rest = SpatialForce(over(u.n, d), over(u.f, d)), neg(div(force, d))
@@ -462,7 +464,7 @@ class SpatialInertia(NamedTuple):
         return left, Elimination(of, t, rest, d, beside)
 
     def sharing(self, dof: Dof, b: Expr) -> "SpatialInertia":
-        """What is felt before a segment that moves by the rate b as others do, too: with a column for it."""
+        """The inertia before a segment that the elastic coordinate with rate b moves by `dof`; the segment is added to its column."""
         columns, u = dict(self.columns), self.of(dof)
         row: dict[Expr, Expr] = {}
         for other, c in self.columns.items():
@@ -476,7 +478,7 @@ class SpatialInertia(NamedTuple):
         return self._replace(columns=columns)
 
     def wrench(self, at: Accelerations, values: Row) -> SpatialForce:
-        """That at given accelerations and λ of the columns."""
+        """The wrench at the acceleration `at` and the rates `values` of the elastic columns."""
         w = self.at(at.alpha, at.a).p
         for b, c in self.columns.items():
             w = w.plus(c.w.times(values[b]))
@@ -492,11 +494,11 @@ NO_INERTIA = SpatialInertia(NO_ROWS, NO_ROWS, NO_ROWS, NO_WRENCH)
 
 
 def of_rigid(body: Rigid, p: SpatialForce) -> SpatialInertia:
-    """The inertia of a rigid body, with the wrench that is there at no acceleration."""
+    """The spatial inertia of a rigid body with wrench p at zero acceleration."""
     m = body.m
     return SpatialInertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), p)
 
 
 def to_rigid(felt: SpatialInertia) -> Rigid:
-    """The rigid body with this inertia, which is that of one."""
+    """The rigid-body inertia equal to a spatial inertia that has the form of one."""
     return Rigid(felt.m[0][0], (felt.h[2][1], felt.h[0][2], felt.h[1][0]), felt.j)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Constraints: closure, rank, choice of dependent speeds, embedding."""
+"""Constraints: the manifold of configurations, rank, choice of dependent speeds, constraint embedding."""

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Dependent speeds that follow everywhere: those whose block A_D of the constraints has the same determinant at all configurations.
+"""Dependent speeds determined at all configurations, and constraints with linearly dependent rows, redundant or contradictory.
 
-With redundant rows that is the volume √det(A_Dᵀ A_D). One of several such sets is the one of the shortest equations: of the fewest
-entries of A_n and of the mass matrix BᵀMB of the independent speeds that are not zero, those that change with the configuration
-counted as what they take to compute.
+Speeds are determined everywhere if their block A_D of the constraints has a constant determinant; with redundant rows, if the volume
+√det(A_Dᵀ A_D) is constant. Of several such sets that with the shortest equations is taken: with the fewest nonzero entries of A_n and
+of the mass matrix BᵀMB of the independent speeds, where entries that vary with the configuration count as the operations they take.
 
-Constraints whose rows depend on each other: redundant, or contradictory.
-
-Where xᵀ A = 0 for some x, A u + b = 0 can hold only if xᵀ b = 0 too. Then one of the constraints follows from the others; otherwise
-no speeds satisfy them. Configuration constraints f(q, t) = 0 are compared where they hold; where no such place was found, their
-rows say nothing of f.
+If xᵀ A = 0 for some x, A u + b = 0 has a solution only if xᵀ b = 0. Then one of the constraints follows from the others; otherwise
+they contradict each other. Configuration constraints f(q, t) = 0 are compared at configurations that satisfy them; if none is found,
+the dependence of their rows says nothing of f.
 """
 
 from __future__ import annotations
@@ -60,9 +58,9 @@ Set = tuple[int, ...]
 def steady_speeds(
     compared: Compared, a: Matrix, dependent: Sequence[int], kept: Sequence[int], mass: Callable[[], Matrix]
 ) -> Set | None:
-    """Dependent speeds that follow everywhere, those `kept` among them, of the shortest equations; None where none are found.
+    """Dependent speeds determined at all configurations, including those `kept`, with the shortest equations; None if none are found.
 
-    They are looked for beginning with the `dependent` ones; of several sets the `mass` matrix tells which has the shortest equations.
+    The search begins with the speeds `dependent`; `mass` gives the mass matrix, by which the lengths of equations are estimated.
     """
     numbers = _at_any_time(compared, a)
 
@@ -75,12 +73,12 @@ def steady_speeds(
 
 
 def follow_everywhere(compared: Compared, a: Matrix, dependent: Sequence[int]) -> bool:
-    """Whether the dependent speeds follow alike at all configurations."""
+    """Whether the volume of the dependent block is the same at all configurations."""
     return steady(_at_any_time(compared, a), dependent)
 
 
 def _at_any_time(compared: Compared, matrix: Matrix) -> Array:
-    """A at the configurations, the time and inputs at random values of their own: what is the same there is so at any time."""
+    """A at the configurations, each with a random time and random inputs, so that equal values do not depend on these."""
     free = [s for s in free_symbols(matrix.entries) if not isinstance(s, Coordinate | Parameter)]
     if not free:
         return compared.a
@@ -90,14 +88,14 @@ def _at_any_time(compared: Compared, matrix: Matrix) -> Array:
 
 
 def steady(a: Array, dependent: Collection[int]) -> bool:
-    """Whether the volume of these columns is the same in all of several matrices (k × m × n)."""
+    """Whether the volume of the columns `dependent` is the same in all of several matrices (k × m × n)."""
     return len(a) >= _FEWEST and bool(_spreads(_scaled(a), [tuple(sorted(dependent))])[0] <= EQUAL)
 
 
 def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price: Callable[[Set], float]) -> Set | None:
-    """The set of least `price` of those that follow at all of several matrices (k × m × n) alike; None where none is found.
+    """The set of least `price` among those of constant volume in several matrices (k × m × n); None if none is found.
 
-    From the `dependent` speeds one after the other is exchanged, none of those `kept`, for which the volume changes least.
+    A descent from the `dependent` speeds, which exchanges one speed at a time, none of those `kept`, so that the volume varies less.
     """
     a = _scaled(a)
     now = tuple(sorted(dependent))
@@ -117,7 +115,7 @@ def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price
 
 
 def _least_varying(a: Array, now: Set, kept: Collection[int]) -> tuple[Set, float]:
-    """The set to which exchanges of one speed lead that each make the volume vary less, and by how much it does."""
+    """The end of a descent by exchanges of one speed, each of which makes the volume vary less, and its variation."""
     least = float(_spreads(a, [now])[0])
     for _ in range(_ROUNDS):
         others = [] if least <= EQUAL else _exchanged(now, a.shape[2], kept)
@@ -133,10 +131,10 @@ def _least_varying(a: Array, now: Set, kept: Collection[int]) -> tuple[Set, floa
 
 
 def _by_minors(a: Array, now: Set, kept: Collection[int]) -> list[Set]:
-    """Sets that follow everywhere, none of those `kept` exchanged: of all sets, or of `_MINORS` with few exchanges from `now`.
+    """Sets of constant volume that contain `kept`: of all sets, or of `_MINORS` sets with few exchanges from `now`.
 
-    With R = A_D⁻¹ A the volume of a set is that of `now` times the minor of R of the speeds that go and those that come. Minors at two
-    configurations rule nearly all out: those where the volume of `now` differs most.
+    With R = A_D⁻¹ A the volume of a set is that of `now` times a minor of R, of the speeds removed and added. Nearly all sets are
+    ruled out by minors at two configurations, those at which the volume of `now` differs most.
     """
     (volume,), (share,) = _volumes(a, [now])
     apart = [k for k in np.argsort(volume).tolist() if share[k] > _FOLLOWS]
@@ -163,7 +161,7 @@ def _by_minors(a: Array, now: Set, kept: Collection[int]) -> list[Set]:
 
 
 def price(a: Array, mass: Array, dependent: Set) -> float:
-    """Operations that A_n and BᵀMB of these dependent speeds take, about: A and M at several configurations (k × m × n, k × n × n)."""
+    """An estimate of the operations in A_n and BᵀMB, from A and M at several configurations (k × m × n, k × n × n)."""
     n = a.shape[2]
     free = [i for i in range(n) if i not in dependent]
     a_n = -np.linalg.pinv(a[:, :, list(dependent)]) @ a[:, :, free]
@@ -179,22 +177,22 @@ def price(a: Array, mass: Array, dependent: Set) -> float:
 
 
 def _filled(x: Array, sizes: Array) -> float:
-    """What entries (k × …) count for: nothing those that are zero beside their `sizes`, more those that change."""
+    """The weighted count of entries (k × …): zero if they vanish beside their `sizes`, more if they vary."""
     size = np.broadcast_to(sizes, x.shape).max(axis=0)
     there, changing = np.abs(x).max(axis=0) > EQUAL * size, np.ptp(x, axis=0) > EQUAL * size
     return float((there + (_CHANGING - 1) * (there & changing)).sum())
 
 
 def _scaled(a: Array) -> Array:
-    """Rows and columns divided by the largest entries that they have at any of the configurations, so that units do not matter.
+    """Rows and columns divided by their largest entries at any of the configurations, so that units do not matter.
 
-    One of these may lie at a pole of q̇'s: what is small beside an entry there is no rounding.
+    Small entries are kept, since a configuration may be near a pole of q̇, beside which the others are small without being rounding.
     """
     return balance(a, np.abs(a).max(axis=0, initial=0), rounding=0.0).matrix
 
 
 def _spreads(a: Array, sets: Sequence[Set]) -> npt.NDArray[np.float64]:
-    """By how much the logarithm of each set's volume differs from configuration to configuration; infinite where it follows poorly."""
+    """The variation of the logarithm of each set's volume over the configurations; infinite for poorly determined sets."""
     volume, share = _volumes(a, sets)
     spread = np.log(np.maximum(volume, 1e-300)).std(axis=1)
     follows = (share > _FOLLOWS).sum(axis=1)
@@ -202,7 +200,7 @@ def _spreads(a: Array, sets: Sequence[Set]) -> npt.NDArray[np.float64]:
 
 
 def _volumes(a: Array, sets: Sequence[Set]) -> tuple[Array, Array]:
-    """The volume of each set at each configuration (sets × k), and its share of the product of the lengths of its columns."""
+    """The volume of each set at each configuration (sets × k), and its ratio to the product of the lengths of its columns."""
     block = np.moveaxis(a[:, :, np.array(sets)], 2, 0)  # sets × k × m × d
     square = block.shape[2] == block.shape[3]
     volume = np.abs(np.linalg.det(block)) if square else np.linalg.svd(block, compute_uv=False).prod(axis=-1)
@@ -221,7 +219,7 @@ _STEADY = (Coordinate, Time)
 
 
 def _check_affine(system: System) -> None:
-    """Constraints with one and the same gradient everywhere contradict each other everywhere, or nowhere."""
+    """Raises a ModelError if two configuration constraints with the same constant gradient contradict each other."""
     conditions = manifold(system)
     plain = [
         k
@@ -244,11 +242,11 @@ def _check_affine(system: System) -> None:
 
 
 def check_determinate(system: System, rows: ConstraintRows, compared: Compared, left_out: Sequence[int]) -> None:
-    """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
+    """Warns of linearly dependent rows, by name, and if no configuration was found.
 
-    That no configuration was found is said too, unless it may be for values that are not known here. At the configurations `compared`
-    the rows `left_out` follow from the others: a reaction is determined where its column of A_a adds nothing to the rank of A. Errors
-    are motion constraints that contradict each other whatever the parameters, and reactions that are not determined.
+    At the configurations `compared` the rows `left_out` follow from the others; a reaction is determined if its column of A_a adds
+    nothing to the rank of A. ModelError if motion constraints contradict each other for all parameters, ReactionError if a reaction
+    is not determined.
     """
     numbers, found = compared.a, compared.at
     if found.missed:
@@ -291,7 +289,7 @@ def _redundancy(left_out: Sequence[int], rows: ConstraintRows, a: Array) -> str:
 
 
 def _groups(a: Array) -> list[list[int]]:
-    """Rows that depend on each other, group by group: those that a vector x with xᵀ A = 0 joins."""
+    """Groups of linearly dependent rows: the rows that take part in a common x with xᵀ A = 0."""
     x = dependencies(a)
     joined = np.abs(x.T @ x) > TAKES_PART
     groups: list[list[int]] = []
@@ -316,7 +314,7 @@ def _check_asked(system: System, dependent: Sequence[Constraint], a: Array, rele
 
 
 def _without(system: System, a: Array, asked: Sequence[Constraint]) -> str:
-    """Which constraints to leave out, those that are asked for kept, so that the rows of the others are independent."""
+    """Words for the cure: which constraints, if possible none of `asked`, to leave out for the other rows to be independent."""
     order = sorted(range(len(a)), key=lambda k: system.constraints[k] not in asked)
     kept: list[int] = []
     for k in order:
@@ -330,7 +328,7 @@ def _without(system: System, a: Array, asked: Sequence[Constraint]) -> str:
 
 
 def _not_closed(system: System, dependent: Sequence[Constraint], found: Configurations) -> str:
-    """No configuration was found: of rows that depend on each other nothing more is known, nor where lengths were drawn at random."""
+    """Words for the warning that no configuration was found, with the possible reasons."""
     if found.drawn and not dependent:
         return ""
     (worst, left), *more = found.missed
@@ -355,7 +353,7 @@ def _named(dependent: Sequence[Constraint]) -> str:
 
 
 def _contradiction(constraints: Sequence[Constraint], rows: ConstraintRows, elsewhere: bool) -> str:
-    """An error where they contradict each other whatever the values of parameters and inputs, and at another configuration too."""
+    """Words for a warning of contradictory motion constraints; a ModelError if no parameter or input enters them."""
     held = [k for k, c in enumerate(rows.constraints) if c in set(constraints)]
     symbols = free_symbols(x for k in held for x in (*rows.a.rows[k], rows.b[k]))
     chosen = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
@@ -371,14 +369,14 @@ def _contradiction(constraints: Sequence[Constraint], rows: ConstraintRows, else
 
 
 def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> list[bool]:
-    """Which constraints take part in a contradiction, xᵀ b ≠ 0."""
+    """Whether each constraint takes part in a contradiction, xᵀ A = 0 with xᵀ b ≠ 0."""
     if all(x is ZERO for x in rows.b):
         return [False] * len(rows.b)
     return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), SEED, values)), dtype=float))
 
 
 def _against(a: Array, right: Array) -> list[bool]:
-    """Which rows of A take part in some x with xᵀ A = 0 for which xᵀ right is not zero."""
+    """Whether each row of A takes part in an x with xᵀ A = 0 and xᵀ `right` ≠ 0."""
     size = balance(a).rows[:, 0]
     scaled = right / size
     combinations = dependencies(a)

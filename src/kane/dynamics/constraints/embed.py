@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Constraints embedded: the dependent speeds by the independent ones.
+"""Constraint embedding: u_D and u̇_D in the independent speeds, and the equations of motion reduced to these.
 
-With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gives
+With the dependent speeds u_D of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gives
 
     u_D = A_n u_I + A_na u_a + b_n          A_n = −A_D⁻¹ A_I,   A_na = −A_D⁻¹ A_a,   b_n = −A_D⁻¹ b
     u̇_D = A_n u̇_I + c_D                     c_D = −A_D⁻¹ (Ȧ u + ḃ)
@@ -10,12 +10,10 @@ Each generalized force becomes F̃_r = F_r + Σ_D A_n[D, r] F_D (Kane & Levinson
 
     (BᵀMB) u̇_I = Bᵀ(f − M c) + BᵀG R
 
-The auxiliary equations take the total partial velocities likewise: (M_a + A_naᵀ M_D) u̇ = f_a + A_naᵀ f_D + (G_a + A_naᵀ G_D) R.
+The auxiliary equations are formed with the total partial velocities: (M_a + A_naᵀ M_D) u̇ = f_a + A_naᵀ f_D + (G_a + A_naᵀ G_D) R.
 
-Rows that were left out as redundant: what they hold beyond the others at a state, as expressions that every language computes.
-
-With A_R the rows left out and u_D = A_n u_I the speeds that the others leave, they follow where A_R,I + A_R,D A_n vanishes. That is
-compared with the sizes of its terms and with what the row holds elsewhere, at states on the constraints: off them nothing is known.
+`watch` makes expressions that tell, at a state on the constraints, whether rows A_R left out as redundant follow from the others:
+A_R,I + A_R,D A_n must vanish beside the sizes of its terms and of the row at other configurations.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,7 +41,7 @@ from kane.numeric.scale import CLOSED_NEARLY
 
 
 class DependentSpeeds(NamedTuple):
-    """A_n (d × i), A_na (d × a), b_n, c_D (d), what was divided by, and the sizes of these divisors and of their factors."""
+    """A_n (d × i), A_na (d × a), b_n and c_D (d), the divisors, and the sizes of these and of their factors."""
 
     a_n: Matrix
     a_na: Matrix
@@ -53,7 +51,7 @@ class DependentSpeeds(NamedTuple):
     guards: Guards = MappingProxyType({})
 
     def guarded(self, by: Guards) -> "DependentSpeeds":
-        """The same with NaN where a divisor vanishes."""
+        """The same expressions, NaN where a divisor vanishes."""
         guard = guarding({**by, **self.guards})
         return self._replace(
             a_n=self.a_n.map(guard),
@@ -65,9 +63,9 @@ class DependentSpeeds(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Embedding:
-    """The dependent speeds by the independent ones, solved for when that is read first.
+    """The dependent speeds in the independent ones, solved for when first read.
 
-    `beside` are the sizes of what results divide by besides. What is solved is guarded in the end, when nothing cancels any more.
+    `beside` are the sizes of further divisors of results. Solutions are guarded last, after all cancellation.
     """
 
     rows: ConstraintRows
@@ -89,7 +87,7 @@ class Embedding:
 
     @property
     def guards_in_use(self) -> Guards:
-        """The same without those of a solution that nothing has read yet."""
+        """The guards of divisors; those of the solution only if it has been read."""
         return self.guards if "solution" in self.__dict__ else self.beside
 
     transposed = read[SquareSolver](
@@ -98,14 +96,14 @@ class Embedding:
     )
 
     def multipliers(self, residual: Sequence[Expr]) -> tuple[Expr, ...]:
-        """λ with A_Dᵀ λ = (M u̇ − f)_D, the `residual` of the dependent speeds, by constraint; zero for redundant rows."""
+        """λ by constraint, from A_Dᵀ λ = (M u̇ − f)_D, the `residual` of the dependent speeds; zero for redundant rows."""
         solution, divisors = self.transposed.solve(residual), self.transposed.divisors
         own = guards([(d.value, d.size) for d in divisors], [*self.rows.a.entries, *residual], solution)
         values = dict(zip(self.partition.rows, map(guarding(own | dict(self.guards)), solution), strict=True))
         return tuple(values.get(r, ZERO) for r in range(len(self.rows.constraints)))
 
     def following(self, speeds: Sequence[Speed]) -> dict[Expr, Following]:
-        """The dependent ones of the speeds as functions of the others."""
+        """The dependent speeds as functions of the independent ones."""
         own = [speeds[i] for i in self.independent]
         rows: list[dict[Expr, Expr]] = [
             {u: c for u, c in zip(own, row, strict=True) if c is not ZERO} for row in self.a_n.rows
@@ -126,7 +124,7 @@ class Embedding:
         return m.take(self.independent) + self.a_n.T @ m.take(self.partition.dependent)
 
     def reduced(self, blocks: Blocks) -> Blocks:
-        """The equations of motion in the independent speeds, and the auxiliary ones with total partial velocities."""
+        """M, f and G of the independent speeds, BᵀMB, Bᵀ(f − M c) and BᵀG, and those of auxiliary speeds in u̇_I."""
         dependent, a_na_t, c = self.partition.dependent, self.a_na.T, Matrix.column(self.c)
 
         def times_b(m: Matrix) -> Matrix:
@@ -154,16 +152,16 @@ class Embedding:
         )
 
     def watching(self, beside: Guards) -> "Embedding":
-        """The same with the sizes of what results divide by."""
+        """The embedding with the sizes of further divisors."""
         return replace(self, solve=lambda: self.solution, beside=beside)
 
     def guarded(self) -> "Embedding":
-        """The same with NaN where a divisor vanishes."""
+        """The same expressions, NaN where a divisor vanishes."""
         return replace(self, solve=lambda: self.solution.guarded(self.beside))
 
 
 def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
-    """Solve the constraints for the dependent speeds of `partition`, which they must give somewhere."""
+    """The embedding of constraints with the dependent speeds of `partition`."""
     free = partition.independent(rows.a.shape[1])
     return Embedding(rows, partition, free, lambda: _solution(rows, partition, free))
 
@@ -197,7 +195,7 @@ _HOLDS = 1e-2
 
 
 class LeftOut(NamedTuple):
-    """One row: the largest coefficient that it has `beyond` the others, and the `limit` up to which it follows from them."""
+    """A redundant row: the largest entry of A_R,I + A_R,D A_n (`beyond`), and the `limit` below which the row follows."""
 
     constraint: Constraint
     beyond: Expr
@@ -206,13 +204,13 @@ class LeftOut(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watch:
-    """The rows left out, and how far configuration constraints are `open`, below 1 where they are closed."""
+    """The redundant rows, and the residual `open` of the configuration constraints, scaled to be below 1 if they are closed."""
 
     rows: tuple[LeftOut, ...]
     open: Expr
 
     def guarding(self) -> tuple[Callable[[Expr], Expr], dict[Expr, Constraint]]:
-        """A function that makes an expression NaN where a row holds more, and the guard, 1 or NaN, of each row."""
+        """A function that makes an expression NaN where a row does not follow, and the guard, 1 or NaN, of each row."""
         less = NODE_BUILDERS["less"]
         off = where(less(self.open, ONE), ZERO, ONE)
         follow = [where(less(r.limit, r.beyond), off, ONE) for r in self.rows]
@@ -226,7 +224,7 @@ class Watch:
 
 
 def watch(embedding: Embedding, compared: Compared, conditions: Manifold) -> Watch | None:
-    """The rows that the partition of `embedding` leaves out, if any, measured by the configurations that were compared."""
+    """The watch of the redundant rows of `embedding`, with sizes from the `compared` configurations; None if there are no rows."""
     rows, redundant = embedding.rows, embedding.partition.redundant
     if not redundant:
         return None

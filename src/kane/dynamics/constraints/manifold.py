@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The configuration constraints of a system, f(q, t) = 0 and eᵀe = 1, the branches that its closures mean, and both in numbers.
+"""The constraint manifold: configurations with f(q, t) = 0 and eᵀe = 1, found by Newton's method from many starts.
 
-Products of axes that hold an orientation vanish at others too: where an axis is reversed, where a frame is turned by half a turn
-or by a third. Each closure says the cosine of the angle by which it is turned, which is 1 on the branch that is meant.
+Scalar products of axes, which constrain an orientation, vanish at other orientations too: with an axis reversed, or a frame rotated
+by a half or a third of a turn. Each closure gives the cosine of its angle from the branch that is meant, 1 on that branch.
 
-Particles of bodies that constraints hold, and of which of them the whole velocity is known.
-What is decided once for all of a motion is decided by several configurations that satisfy the constraints. They are closed from many
-starts at once, so that they lie on every branch that was found, and several on each. One more start is where all coordinates are zero:
-random ones never lie upright or straight, where motions begin.
+Choices that hold for a whole motion, as of dependent speeds, are made at several configurations: from many random starts, so that
+each branch found has several, and from all coordinates zero, since motions often begin upright or straight.
+
+The module also finds contact points: particles of bodies whose velocity constraints determine.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -47,7 +47,7 @@ _EVERY = slice(None)
 
 @dataclass(frozen=True, eq=False)
 class Manifold:
-    """Configurations of a system that satisfy f = 0, its constraints by `names`, and those of its Euler parameters last."""
+    """The configuration constraints f = 0 of a system, with their `names`; those of Euler parameters last."""
 
     system: System
     names: tuple[str, ...]
@@ -61,12 +61,12 @@ class Manifold:
 
     @cached_property
     def branches(self) -> tuple[ClosureBranch, ...]:
-        """The branches that closures mean, each once."""
+        """The branches that the closures mean, each once."""
         return branches(self.system)
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
-        """What the constraints depend on."""
+        """The symbols in the constraints."""
         return tuple(free_symbols(self.f))
 
     @cached_property
@@ -74,14 +74,14 @@ class Manifold:
         return {}
 
     def reference(self, exprs: Sequence[Expr], leaves: Sequence[Any]) -> Reference:
-        """`compile_reference`, once for all values at which the manifold is looked at."""
+        """`compile_reference` of expressions, compiled once for each pair of expressions and symbols."""
         key = tuple(exprs), tuple(leaves)
         if key not in self._references:
             self._references[key] = compile_reference(*key)
         return self._references[key]
 
     def at(self, values: Mapping[Any, Any]) -> "LevelSet":
-        """The manifold where all symbols but the coordinates have `values`: numbers, or arrays with one for each start."""
+        """The manifold at `values` of all symbols but the coordinates: numbers, or arrays with one number per start."""
         n = len(self.system.coordinates)
         return LevelSet(self, values, np.zeros(n), tuple(range(n)))
 
@@ -98,7 +98,7 @@ def manifold(system: System) -> Manifold:
 
 @dataclass(frozen=True, eq=False)
 class LevelSet:
-    """The manifold at `values` of all other symbols; `free` coordinates (indices) move, others are at `base`; f may be `compiled`."""
+    """The manifold at `values` of all other symbols: `free` coordinates (indices) vary, the others are at `base`."""
 
     manifold: Manifold
     values: Mapping[Any, Any]
@@ -107,7 +107,7 @@ class LevelSet:
     compiled: Callable[[Array, Indices | slice], Array] | None = None
 
     def of(self, base: Array, free: Sequence[int]) -> "LevelSet":
-        """The same with some coordinates held."""
+        """The manifold with only the coordinates `free` varying, the others at `base`."""
         return replace(self, base=base, free=tuple(free))
 
     @cached_property
@@ -119,7 +119,7 @@ class LevelSet:
         return self._evaluated(branch_scalars(self.manifold.branches))
 
     def _evaluated(self, exprs: Sequence[Expr]) -> Callable[[Array, Indices | slice], Array]:
-        """Expressions (k × …) at q (k × n) of starts by number."""
+        """A function of q (k × n) and the numbers of the starts, with values (k × …) of the expressions."""
         q, read = self.manifold.system.coordinates, set(free_symbols(exprs))
         rest = [s for s in self.values if s in read and s not in set(q)]
         run = self.manifold.reference(exprs, [*q, *rest])
@@ -137,7 +137,7 @@ class LevelSet:
         return f[0], g[0]
 
     def whole(self, x: Array) -> Array:
-        """q (k × n) from what is free in it (k × free)."""
+        """q (k × n) from the free coordinates (k × free)."""
         if len(self.free) == len(self.base):
             return x
         q = np.tile(self.base, (len(x), 1))
@@ -145,25 +145,25 @@ class LevelSet:
         return q
 
     def of_free(self, x: Array, starts: Indices) -> tuple[Array, Array]:
-        """f (k × m) and its derivatives by what is free (k × m × free), there (k × free)."""
+        """f (k × m) and its derivatives by the free coordinates (k × m × free), at x (k × free)."""
         f, g = self.numbers(self.whole(x), starts)
         return f, g if len(self.free) == len(self.base) else g[:, :, list(self.free)]
 
     def rounding(self, x: Array, starts: Indices) -> Array:
-        """How far rounding may carry f (k × m) there."""
+        """A bound on the rounding error of f (k × m) at x (k × free)."""
         own = {s: v if np.ndim(v) == 0 else np.asarray(v)[starts] for s, v in self.values.items()}
         own |= zip(self.manifold.system.coordinates, self.whole(x).T, strict=True)
         return spread([e for _, e in bounded(self.manifold.f, own)], (len(x),)).T
 
     def sizes(self, x: Array) -> NaturalSizes:
-        """How large what is free, and the terms of f, are by their nature, from places drawn (k × free)."""
+        """The natural sizes of the free coordinates and of the terms of f, from random points x (k × free)."""
         q = self.manifold.system.coordinates
         unit = {e for s in self.manifold.system.euler_parameters for e in s.coordinates}
         return sizes(self.of_free, x, [k for k, i in enumerate(self.free) if q[i] in unit], self.rounding)
 
     @cached_property
     def usual(self) -> NaturalSizes:
-        """The same from zero and places drawn at random."""
+        """The natural sizes, from zero and random points."""
         n = len(self.free)
         return self.sizes(
             np.vstack([np.zeros(n), np.random.default_rng(ASSEMBLY_SEED).uniform(-np.pi, np.pi, (_DRAWN, n))])
@@ -171,17 +171,17 @@ class LevelSet:
 
     @cached_property
     def wide(self) -> Array:
-        """NaturalSizes of all coordinates (n), 1 of those that are held."""
+        """The natural sizes of all coordinates (n), 1 for those that are not free."""
         wide = np.ones(len(self.base))
         wide[list(self.free)] = self.usual.x
         return wide
 
     def closest(self, q: Array, limit: float = LAST_DIGIT, steps: int = 60) -> Closed:
-        """Newton's steps from q (n) on, of what is free, until no more than `limit` of the sizes of f is left."""
+        """The end of Newton's method from q (n), in the free coordinates, until f is below `limit` times its size."""
         return close(self.one, q, self.free, limit, steps, (self.usual.f, self.wide))
 
     def reached(self, x: Array, size: NaturalSizes, quickly: bool = False) -> "Reached":
-        """Where steps from many starts x (k × free) end, in few whole steps where that is enough."""
+        """The ends of Newton's method from many starts x (k × free); `quickly`: in few undamped steps if these are enough."""
 
         def meant(x: Array, starts: Indices) -> Mask:
             return np.asarray(~self.turned(self.whole(x), starts).any(axis=1))
@@ -191,11 +191,11 @@ class LevelSet:
         return Reached(q, found, self.turned(q))
 
     def shares(self, residual: Array) -> Array:
-        """What is left of f (… × m), over the usual size of its terms."""
+        """The residual f (… × m) divided by the natural size of its terms."""
         return np.asarray(np.abs(residual) / self.usual.f)
 
     def turned(self, q: Array, starts: Indices | slice = _EVERY) -> Array:
-        """By what angle (rad) each closure is turned away from the branch that it means where q (… × n) is closed: … × closures."""
+        """The angle (rad) of each closure from the branch that it means (… × closures), at closed q (… × n)."""
         meant = self.manifold.branches
         if not meant:
             return np.zeros((*q.shape[:-1], 0))
@@ -205,7 +205,7 @@ class LevelSet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """Where steps from many starts ended: `q` (k × n), what is left of f there, and by what angles closures are `turned`."""
+    """The ends of Newton's method from many starts: `q` (k × n), the residuals, and the angles `turned` of closures."""
 
     q: Array
     found: ClosedMany
@@ -213,36 +213,36 @@ class Reached:
 
     @property
     def closed(self) -> Mask:
-        """Which are configurations (k)."""
+        """Which ends satisfy the constraints (k)."""
         firmly = self.found.left <= CLOSED
         return np.asarray(firmly if firmly.any() else self.found.left <= CLOSED_NEARLY)
 
     @property
     def meant(self) -> Mask:
-        """Which are configurations on the branches that are meant (k)."""
+        """Which ends satisfy the constraints on the branches that are meant (k)."""
         return np.asarray(self.closed & ~self.turned.any(axis=1))
 
     @property
     def best(self) -> int:
-        """The one of which least is left."""
+        """The number of the end with the smallest residual."""
         return int(np.argmin(np.where(np.isfinite(self.found.left), self.found.left, np.inf)))
 
 
 def branches(system: System) -> tuple[ClosureBranch, ...]:
-    """The branches that the configuration constraints of a system mean, each once."""
+    """The branches that the closures of a system mean, each once."""
     return tuple(dict.fromkeys(c.branch for c in system.holonomic if c.branch is not None))
 
 
 def branch_scalars(meant: tuple[ClosureBranch, ...]) -> list[Expr]:
-    """What `turned` takes the numbers of."""
+    """The expressions whose values `turned` takes."""
     return [x for b in meant for x in (b.cosine, *b.rows)]
 
 
 def turned(meant: tuple[ClosureBranch, ...], scalars: Array) -> Array:
-    """By what angle (rad) each closure is turned away from the branch that is meant, 0 where it is on it.
+    """The angle (rad) of each closure from the branch that is meant (…, b), 0 on that branch.
 
-    `scalars` (…, k) are numbers of `branch_scalars` at a closed configuration, the angles (…, b). Where a system lists only some of
-    a closure's rows and others do not vanish, nothing was said of its orientation, and it counts as 0.
+    `scalars` (…, k) are the values of `branch_scalars` at a closed configuration. If a system lists only some rows of a closure and
+    the others do not vanish, its orientation is not constrained and the angle counts as 0.
     """
     angles = np.zeros((*scalars.shape[:-1], len(meant)))
     at = 0
@@ -255,16 +255,16 @@ def turned(meant: tuple[ClosureBranch, ...], scalars: Array) -> Array:
 
 
 def turned_closures(meant: tuple[ClosureBranch, ...], angles: Array) -> str:
-    """Which closures are turned, and by how much, in words; "" where none is."""
+    """Words for a message: which closures are on another branch, and their angles; "" if there are none."""
     return ", ".join(
         f"{b.name!r} with its {b.what} turned by {np.degrees(x):.0f}°" for b, x in zip(meant, angles, strict=True) if x
     )
 
 
 def in_rows(run: Reference, x: Array, others: Sequence[Any]) -> Array:
-    """What `run` gives at each row of x (k × n) and of the others, which are numbers or arrays (k): k × results.
+    """The results (k × results) of `run` at each row of x (k × n) and of `others`, which are numbers or arrays (k).
 
-    A few rows go one by one, in Python's floats, which take a twentieth of the time of arrays of a few.
+    A few rows are computed one by one in Python floats, in a twentieth of the time of short arrays.
     """
     if 0 < len(x) <= ROWS:
         columns = [np.broadcast_to(v, len(x)).tolist() if np.ndim(v) else [float(v)] * len(x) for v in others]
@@ -277,7 +277,7 @@ def in_rows(run: Reference, x: Array, others: Sequence[Any]) -> Array:
 
 
 class PointConstraints(NamedTuple):
-    """Constraints, by their rows, that hold one point (None: it is not told which) along one direction each."""
+    """Constraints, by their rows, each on the velocity of one point along one direction; None as point if it is not known."""
 
     rows: tuple[int, ...]
     point: Point | None
@@ -286,7 +286,7 @@ class PointConstraints(NamedTuple):
 
 
 def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: Kinematics) -> list[PointConstraints]:
-    """The constraints among `rows` that hold points, those of one point together, and motion constraints without one."""
+    """The constraints among `rows` grouped by the point whose velocity they constrain, and motion constraints without a point."""
     found: dict[tuple[Point | int, Point | None], list[tuple[int, Vector]]] = {}
     for r in sorted(rows):
         c = constraints[r]
@@ -307,7 +307,7 @@ def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: 
 def contacts(
     held: Iterable[PointConstraints], w: Mapping[int, Speed], kinematics: Kinematics
 ) -> dict[Point, ContactPoint]:
-    """Points of bodies with the particles through which their velocities go; `w` are the rates of rows that vanish but are speeds."""
+    """The contact point for each point of a body with a known one; `w` are speeds that stand for the rates of rows."""
     result: dict[Point, ContactPoint] = {}
     for t in held:
         body = None if t.point is None else _body(t.point)
@@ -323,7 +323,7 @@ def contacts(
 
 
 def _body(point: Point) -> Basis | None:
-    """The frame in which the particle at a point is fixed, as its point before is; None where there is none."""
+    """The frame of the body in which the particle at a point, and the point's parent, are fixed; None if there is none."""
     if point.body is not None:
         return point.body
     frames = [f for f, _ in point.offset.parts]
@@ -331,7 +331,7 @@ def _body(point: Point) -> Basis | None:
 
 
 def _needed(point: Point | None, found: Mapping[Point, ContactPoint]) -> set[Point]:
-    """The points from whose velocities that of a point is taken."""
+    """The points whose velocities that of a point is computed from."""
     needed: set[Point] = set()
     waiting = [point]
     while waiting:
@@ -346,7 +346,7 @@ def _needed(point: Point | None, found: Mapping[Point, ContactPoint]) -> set[Poi
 
 
 def _is_known(t: PointConstraints, point: Point, kinematics: Kinematics) -> bool:
-    """Whether the directions are perpendicular, and what the velocity has across them vanishes."""
+    """Whether the directions are perpendicular and the velocity has no other component."""
     if len(t.rows) not in (2, 3) or any(a.dot(b) is not ZERO for a, b in combinations(t.directions, 2)):
         return False
     if len(t.rows) == 3:
@@ -364,7 +364,7 @@ def _is_known(t: PointConstraints, point: Point, kinematics: Kinematics) -> bool
 
 
 def _vanishes(pairs: Sequence[tuple[Expr, Expr]], sample: Sample) -> bool:
-    """Whether measure numbers vanish beside the lengths, given squared, at a sample."""
+    """Whether each value vanishes beside a length, whose square is given with it, at a random state."""
     numbers = sample.numbers([x for pair in pairs for x in pair])
     return all(
         bool(np.all(np.abs(x) <= ROUNDED_CHAIN * np.sqrt(np.abs(square))))
@@ -388,9 +388,9 @@ _AROUND, _NEAR = 0.1, 1.0
 class Configurations:
     """Values of symbols at several configurations: arrays (count), or one number for all.
 
-    `missed` are constraints that resist, with what is left of them, the worst first, where no configuration was found: the values are
-    random ones then. `drawn` names what constraints depend on and is no default: parameters without one, and inputs. `starts` is how
-    many were tried at each of `times`, if constraints depend on the time. `special` are those closed from zero, and their like.
+    If no configuration was found, the values are random and `missed` lists open constraints with their residuals, the worst first.
+    `drawn` names parameters without defaults and inputs in the constraints, which are random. `starts` is the number of starts, at
+    each of `times` if constraints depend on time. `special` marks the configurations closed from zero coordinates.
     """
 
     values: Mapping[Symbol, Any]
@@ -402,16 +402,16 @@ class Configurations:
     times: tuple[float, ...] = ()
 
     def at(self, k: int) -> dict[Symbol, float]:
-        """The values at one of them."""
+        """The values at configuration k."""
         return {s: float(v[k] if np.ndim(v) else v) for s, v in self.values.items()}
 
     def only(self, kept: Indices) -> "Configurations":
-        """Some of them."""
+        """The configurations `kept`."""
         values = {s: v if np.ndim(v) == 0 else v[kept] for s, v in self.values.items()}
         return replace(self, values=values, count=len(kept), special=self.special[kept])
 
     def and_those_of(self, other: "Configurations") -> "Configurations":
-        """These, then those of another search."""
+        """These configurations, then those of `other`."""
 
         def joined(own: Any, others: Any) -> Any:
             if np.ndim(own) == np.ndim(others) == 0 and own == others:
@@ -423,7 +423,7 @@ class Configurations:
         return replace(self, values=values, count=self.count + other.count, special=special)
 
     def matrices(self, matrix: Matrix) -> Array:
-        """A matrix in numbers at each (count × m × n)."""
+        """The values of a matrix (count × m × n) at the configurations."""
         symbols = free_symbols(matrix.entries)
         run = compile_reference(matrix.entries, list(symbols))
         entries = spread(run([self.values[s] for s in symbols]), (self.count,))
@@ -437,10 +437,10 @@ def configurations(
     seed: int = SEED,
     conditions: Manifold | None = None,
 ) -> Configurations:
-    """Values of every symbol below `roots` at configurations that satisfy the constraints, if those can be reached.
+    """Values of every symbol in `roots` at configurations on the constraints; at random ones, with `missed`, if none is found.
 
-    Parameters take their defaults; what has none is drawn at random, for each start anew. With `near`, values of coordinates and of
-    what else constraints depend on, all are closed from there; a ModelError where that cannot be done.
+    Parameters take their defaults; without default they are random, different for each start. With values `near`, of coordinates and
+    other symbols of the constraints, all starts are beside these; ModelError if no configuration is reached from there.
     """
     conditions = conditions or manifold(system)
     read = free_symbols(roots)
@@ -467,7 +467,7 @@ def configurations(
 
 
 def numbers_near(system: System, near: Mapping[Any, Any] | Sequence[float]) -> dict[Symbol, float]:
-    """`near` by symbol, a number each: coordinates, and what else constraints depend on."""
+    """The numbers of `near` by symbol: of coordinates and, in a mapping, of parameters, inputs and time."""
     known: tuple[Symbol, ...] = system.coordinates
     if isinstance(near, Mapping):
         known = (*known, *system.parameters, *system.inputs, time)
@@ -477,9 +477,9 @@ def numbers_near(system: System, near: Mapping[Any, Any] | Sequence[float]) -> d
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _ConfigurationSearch:
-    """The configuration constraints of a system, and the values of the first start.
+    """The search for configurations on `conditions`, whose first start is at `values`.
 
-    `turning` are coordinates that change what is asked for but none of these constraints.
+    `turning` are coordinates in the expressions asked for but in none of these constraints.
     """
 
     system: System
@@ -489,7 +489,7 @@ class _ConfigurationSearch:
     rng: "np.random.Generator"  # which takes its time to import
 
     def tried(self, count: int, moment: Mapping[Symbol, float]) -> Configurations:
-        """Configurations from so many starts, the first of them at `values`, and from zero; at random ones where none closes."""
+        """Configurations from `count` starts, the first at `values`, and from zero; random ones with `missed` if none closes."""
         drawn = self._drawn()
         values: dict[Symbol, Any] = {**self.values, **moment}
         x = np.tile([values[q] for q in self.system.coordinates], (count, 1))
@@ -514,7 +514,7 @@ class _ConfigurationSearch:
         return every.only(np.arange(count))
 
     def _with_turned(self, found: Configurations) -> Configurations:
-        """These, and that from zero, where it closed, with one coordinate after the other turned that no such constraint holds."""
+        """The configurations, and copies of the special ones with each coordinate of `turning` increased by π/2."""
         zero, count = np.flatnonzero(found.special), len(self.turning)
         if not len(zero) or not count:
             return found
@@ -523,7 +523,7 @@ class _ConfigurationSearch:
         return found.and_those_of(replace(others, values={**others.values, **turned}))
 
     def more(self, found: Configurations, moment: Mapping[Symbol, float]) -> Configurations:
-        """Those found and, if they are few, others, which may move in another way; around that from zero, if it is the only one."""
+        """The configurations and, if they are few, those of more starts; those around the special one if there is no other."""
         if (~found.special).sum() < _FEW and found.starts == _TRIES[0]:
             count = _MORE // len(self.system.coordinates)
             others = self.tried(min(max(count, _TRIES[0]), _TRIES[1]), moment)
@@ -536,7 +536,7 @@ class _ConfigurationSearch:
         return self._with_turned(replace(beside, special=np.arange(beside.count) == 0))
 
     def around(self, near: Mapping[Symbol, float]) -> Configurations:
-        """The configuration that the place given is nearest to first, then others beside it."""
+        """The configuration nearest to `near`, then others beside it. ModelError if none is reached."""
         coordinates = self.system.coordinates
         values: dict[Symbol, Any] = {**self.values, time: 0.0, **near}
         x = np.tile([values[q] for q in coordinates], (_TRIES[0], 1))
@@ -571,7 +571,7 @@ class _ConfigurationSearch:
         ]
 
     def _missed(self, reached: Reached) -> tuple[tuple[str, float], ...]:
-        """Constraints that are left open where least is, the worst first; or closures that are turned away from what they mean."""
+        """The open constraints at the end with the smallest residual, the worst first, or its closures on another branch."""
         best, found = reached.best, reached.found
         rows = zip(self.conditions.names, found.residual[best], found.shares[best], strict=True)
         left = [(abs(share), name, float(r)) for name, r, share in rows if not abs(share) <= CLOSED_NEARLY]

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which speeds the constraints give, and in which order they are solved for: chosen from numbers, by complete pivoting.
+"""The choice of dependent speeds in A u + b = 0, and their order of elimination: complete pivoting on numerical values of A.
 
-Among the entries that are large enough the one whose row and column are emptiest is taken (Markowitz 1957), so that the
-straight-line elimination stays sparse; rows in which nothing is left are redundant.
+Among entries of sufficient size the pivot is the one with the sparsest row and column (Markowitz 1957), so that the straight-line
+elimination stays sparse; rows without a pivot are redundant.
 
-Of several configurations the rank is that of the motion: the highest at configurations from which the mechanism moves, since where
-it drops it is lost in passing. A configuration at which nothing can move is another assembly, and counts where there are no others.
+The rank at several configurations is the highest one at configurations from which the mechanism can move, since a lower rank is met
+only in passing. Configurations at which nothing can move belong to another assembly and count only if there are no others.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ from kane.numeric.scale import BETTER, DERIVE_RANK, NEAR_SINGULAR, PIVOT, POOR
 
 @dataclass(frozen=True, slots=True)
 class Partition:
-    """Row `rows[k]` gives speed `dependent[k]`, in this order; `redundant` rows follow from the others there."""
+    """The pivots of the elimination: row `rows[k]` is solved for speed `dependent[k]`, in this order; `redundant` rows have none."""
 
     rows: tuple[int, ...]
     dependent: tuple[int, ...]
     redundant: tuple[int, ...]
 
     def independent(self, count: int) -> tuple[int, ...]:
-        """The other speeds of `count`."""
+        """The indices of the independent speeds among `count` speeds."""
         dependent = set(self.dependent)
         return tuple(i for i in range(count) if i not in dependent)
 
     def first(self, count: int) -> Partition:
-        """The first `count` pivots; the other rows follow from theirs."""
+        """The partition with the first `count` pivots; all other rows are redundant."""
         return Partition(
             self.rows[:count], self.dependent[:count], tuple(sorted((*self.rows[count:], *self.redundant)))
         )
@@ -80,7 +80,7 @@ def choose_each(
     for _ in range(min(m, n)):
         asked = open_columns & first
         sizes = np.abs(work) * open_rows[:, :, None]
-        # what is preferred while there is any, and anything where it is not given
+        # preferred columns while they have pivots, then any column
         given = (sizes.max(axis=1, initial=0) > DERIVE_RANK) & asked
         wanted = np.where(given.any(axis=1)[:, None], asked, open_columns)
         going &= (sizes * wanted[:, None, :]).max(axis=(1, 2), initial=0) > DERIVE_RANK
@@ -98,20 +98,20 @@ def choose_each(
 
 
 def _pivots(sizes: Array, full: Mask, cheap: Mask, among: Mask) -> tuple[Indices, Indices]:
-    """Row and column of the emptiest of the large entries `among` those that are left, of each matrix."""
+    """Row and column of each matrix's next pivot: the large entry of `among` with the sparsest row and column."""
     count, _, n = sizes.shape
     sizes, full = np.where(among, sizes, 0.0), full & among
     largest = sizes.max(axis=(1, 2), keepdims=True, initial=0)
     largest[largest <= 0] = 1.0
     across = (full.sum(axis=2, keepdims=True) - 1) * (full.sum(axis=1, keepdims=True) - 1)
-    # what only rounding tells apart is a tie, which the order decides
+    # sizes that differ only by rounding are ties, decided by order
     cost = np.where(among & (sizes >= PIVOT * largest), across + 0.5 * ~cheap, np.inf)
     place = (cost - 1e-3 * np.round(sizes / largest, 6)).reshape(count, -1).argmin(axis=1)
     return place // n, place % n
 
 
 def _eliminate(work: Array, full: Mask, cheap: Mask, others: Mask, r: Indices, c: Indices) -> None:
-    """One column of each matrix by its pivot, in the rows `others`."""
+    """Eliminates column c of each matrix by the pivot (r, c) from the rows `others`, in place; updates the masks of structure."""
     each = np.arange(len(work))
     top, column = work[each, r], work[each, :, c]
     pivot = np.where(top[each, c] == 0, 1.0, top[each, c])
@@ -126,9 +126,9 @@ def _eliminate(work: Array, full: Mask, cheap: Mask, others: Mask, r: Indices, c
 
 
 def quality(a: Array, partition: Partition, reach: Array | None = None) -> float:
-    """How well the rows give the dependent speeds, A (m × n) balanced: the lesser of two shares, 1 at best, 0 where they do not.
+    """How well conditioned the dependent block of A (m × n) is, after balancing: from 0, singular, to 1.
 
-    The reciprocal condition number of the dependent block, and its largest entry over that of the rows, since all of it may be small.
+    The smaller of its reciprocal condition number and the ratio of its largest entry to that of its rows.
     """
     return float(qualities(a[None], partition, reach)[0])
 
@@ -159,27 +159,27 @@ def qualities_of(scaled: Array, partitions: Sequence[Partition]) -> Array:
 
 
 _SHARE = 0.25
-"""Share of the configurations at which dependent speeds may be poorly determined: every choice is somewhere."""
+"""Share of the configurations at which dependent speeds may be poorly determined, as every choice is at some configuration."""
 _ROUNDS, _EXCHANGES = 6, 8
-"""How many speeds are exchanged one after the other, and how many exchanges are looked at for each."""
+"""The number of rounds of exchanges, and of exchanges tried in each."""
 _FEW = 10_000
-"""Entries up to which matrices are eliminated side by side from the start: few small ones take the time of one."""
+"""The number of entries up to which all matrices are eliminated together at once, which takes little longer than one."""
 
 Merit = tuple[int, int, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compared:
-    """Configurations, A there (count × m × n) and its rank at each (count)."""
+    """Configurations on the constraints, with A (count × m × n) and its rank (count) at each."""
 
     at: Configurations
     a: Array
     ranks: Array
 
     def reach(self, conditions: Manifold) -> Array:
-        """The usual size of the terms of each configuration constraint, 1 where it has none.
+        """The size of the terms of each configuration constraint (m), 1 if it has none.
 
-        That is of the terms themselves, sines and cosines taken as 1, and of derivatives times lengths, Euler parameters as 1.
+        The larger of the terms themselves, with sines and cosines as 1, and of |∂f/∂q| |q|, with Euler parameters as 1.
         """
         at, memo = self.at, dict[Expr, tuple[Expr, ...]]()
         unit = {e for s in conditions.system.euler_parameters for e in s.coordinates}
@@ -192,12 +192,12 @@ class Compared:
         return np.asarray(np.where(found > 0, found, 1.0))
 
     def of_rank(self, rank: int) -> Compared:
-        """Those of one rank."""
+        """The configurations at which A has this rank."""
         kept = np.flatnonzero(self.ranks == rank)
         return Compared(self.at.only(kept), self.a[kept], self.ranks[kept])
 
     def and_those_of(self, other: Compared) -> Compared:
-        """These, then those of another search."""
+        """These configurations, then those of `other`."""
         a, found = np.concatenate([self.a, other.a]), np.concatenate([self.ranks, other.ranks])
         return Compared(self.at.and_those_of(other.at), a, found)
 
@@ -205,9 +205,9 @@ class Compared:
 def compared(
     system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None, conditions: Manifold | None = None
 ) -> Compared:
-    """Configurations of the motion, which `conditions` hold, all of one rank of the constraints.
+    """Configurations on the constraints (`conditions`) at which A has the rank of the motion.
 
-    A ModelError says that A is finite at none. Where ranks differ they are looked at again around one of each.
+    If ranks differ, more configurations are sampled around one of each rank. ModelError if A is finite at none.
     """
 
     def at(place: Mapping[Symbol, float] | None) -> Compared:
@@ -222,13 +222,13 @@ def compared(
             "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
             "parameters' defaults are singular there."
         )
-    # where motions begin, rank may drop: that says nothing, but where it is higher than elsewhere
+    # the rank at special configurations, where motions begin, counts only if it is higher than elsewhere
     usual = first.ranks[~first.at.special]
     every = sorted({*usual.tolist(), max(first.ranks.tolist())}, reverse=True)
     if len(every) == 1 or near or first.at.missed:
         return first.of_rank(every[0])
     around = [at(first.of_rank(r).at.at(0)) for r in every]
-    # that of a branch is the rank beside the place, which may be a singular one itself
+    # the rank of a branch is that beside the configuration, which may itself be singular
     beside = [round(median(x.ranks[1:] if len(x.ranks) > 1 else x.ranks)) for x in around]
     moving = [r for r, x in zip(beside, around, strict=True) if len(x.ranks) > 1 and r < len(system.speeds)]
     rank = max(moving or beside)
@@ -247,17 +247,17 @@ def ranks(a: Array) -> Array:
 
 
 def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Partition:
-    """The partition at the first of several matrices (k × m × n) of one rank; another one where that is much better at all of them.
+    """The partition at the first of several matrices (k × m × n) of one rank, or another one that is much better at all of them.
 
-    Others are those at each of the matrices, and the best of these with one speed after the other exchanged while that helps. What is
-    `preferred` comes before quality, see `choose`; at `special` ones (k) dependent speeds must be good, at the others most times. The
-    first special one, where all is zero and motions begin, comes before those beyond it.
+    The others are the partitions at each matrix, and the best of these improved by exchanges of one speed. `preferred` speeds come
+    before quality, see `choose`; dependent speeds must be well determined at `special` matrices (k), and at most of the others.
+    Of the special ones the first, where all is zero and motions begin, comes before those beyond it.
     """
     scaled = balanced(a)
     first_special = np.flatnonzero(special)[:1]
 
     def merits(partitions: Sequence[Partition]) -> list[Merit]:
-        """Minus how many speeds asked for are not given, minus how often speeds do not follow, at zero first; the quality else."""
+        """Minus the preferred speeds left out, minus the near-singular configurations, at zero first, and the quality."""
         found = qualities_of(scaled, partitions)
         usual = _quantile(found, _SHARE)
         poor = (found < NEAR_SINGULAR).sum(axis=1)
@@ -265,8 +265,8 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
         every = len(preferred) + 1
         absent = [len(set(preferred) - set(p.dependent)) for p in partitions]
         at_zero = len(a) * (found[:, first_special] < NEAR_SINGULAR).sum(axis=1)
-        told = zip(absent, poor.tolist(), (poor + at_zero).tolist(), least.tolist(), strict=True)
-        return [(-gone if bad < len(a) else -every, -weight, good) for gone, bad, weight, good in told]
+        scores = zip(absent, poor.tolist(), (poor + at_zero).tolist(), least.tolist(), strict=True)
+        return [(-gone if bad < len(a) else -every, -weight, good) for gone, bad, weight, good in scores]
 
     together = a if a.size <= _FEW else a[:1]
     first, *others = choose_each(together, preferred, easy=easy)
@@ -282,13 +282,13 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
             break
     if found.dependent == first.dependent:
         return first
-    # in the order in which they are eliminated where they follow best
+    # take the order of elimination of the matrix at which the quality is highest
     again = choose(a[int(np.argmax(qualities_of(scaled, [found])))], found.dependent, easy=easy)
     return again if set(again.dependent) == set(found.dependent) else found
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """The quantile of each row, between neighbours in proportion; NumPy's own takes ten times as long for a few numbers."""
+    """The quantile of each row by linear interpolation; np.quantile takes ten times as long for a few numbers."""
     ordered, place = np.sort(values, axis=1), share * (values.shape[1] - 1)
     low = int(place)
     high = min(low + 1, values.shape[1] - 1)
@@ -298,14 +298,14 @@ def _quantile(values: Array, share: float) -> Array:
 def _best(
     found: Partition, least: Merit, others: Sequence[Partition], merits: Callable[[Sequence[Partition]], list[Merit]]
 ) -> tuple[Partition, Merit]:
-    """The first of the best `others` with its merit, if that is more than the `least`, that of what was `found`."""
-    told = merits(others) if others else []
-    own = max(told, default=least)
-    return (others[told.index(own)], own) if own > least else (found, least)
+    """The first of the best `others` and its merit, if that exceeds `least`, else `found` and `least`."""
+    scores = merits(others) if others else []
+    highest = max(scores, default=least)
+    return (others[scores.index(highest)], highest) if highest > least else (found, least)
 
 
 def exchanged(scaled: Array, partition: Partition) -> list[Partition]:
-    """A few with one dependent speed exchanged for another, for which the least determinant of balanced matrices is largest.
+    """The `_EXCHANGES` partitions with one dependent speed exchanged whose least |det A_D| over balanced matrices is largest.
 
     Exchanging u_i for u_j multiplies det A_D by the entry (i, j) of A_D⁻¹ A.
     """

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Routes from a derived system to its accelerations."""
+"""Formulations: ways from a derived system to u̇ and the reactions, and the search for the shortest one."""

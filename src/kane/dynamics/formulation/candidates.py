@@ -1,28 +1,28 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Candidates of which the shortest solution is taken: in which speeds equations are written, and how.
+"""The candidates among which the shortest formulation is sought: each a choice of speeds and of a form of the equations.
 
     speeds      declared, rates of constraints in the places of dependent ones, velocities of the mass centre
     embedding   after M and f are assembled, or before, in motions that satisfy the constraints
     about       the mass centre, or a point at rest
     bias        inertia forces by accelerations, by the momenta that M has, by the power, by a sum of squares
-    dependent   u̇_D by A_n and c_D, by the definitions of the speeds that rates of constraints replaced, or differentiated at once
+    dependent   u̇_D by A_n and c_D, by the definitions of the speeds that rates of constraints replaced, or by one differentiation
 
-By A_n and c_D, u̇_D = A_n u̇_I + c_D, each speed's share is differentiated by itself. With u̇_I put in first, the whole is at once:
+In u̇_D = A_n u̇_I + c_D the term of each speed is differentiated separately. With u̇_I substituted first, one differentiation gives
 
     A_D u̇_D = −(d/dt)(A u + b) at u̇_D = 0
 
-along the tree, from the accelerations of what is constrained, or of the rates A_q q̇ + b_q as they are written, with q̈ of each
+along the tree, from the accelerations of the constrained points and frames, or from the rates A_q q̇ + b_q as written, with q̈ of each
 coordinate.
 
-Reactions follow from the accelerations, as one writes them by hand once u̇ is known:
+If no load depends on a reaction, reactions follow from the accelerations, as by hand once u̇ is known:
 
     G_a R = ρ_a + A_naᵀ ρ_D,   ρ_s = Σ v_s·(m a − F) + Σ ω_s·(I·α + ω × I·ω − T)
 
-with a and α of each body put together first: the products with partial velocities are then as many as there are reactions, not as
-many as entries of M_a. Where no load holds a reaction.
+with a and α of each body summed first: there is one product with partial velocities per reaction, not one per entry of M_a.
 
-In the end equations are written short, where q̇, u̇ and the reactions together take fewer operations so. What is known has its
-name, what is alike is made once, lengths go by parameters; long equations stay, for in them the ways differ by little:
+Last, q̇, u̇ and the reactions are rewritten if they take fewer operations together: dependent speeds replace the expressions that the
+constraints give for them, common subexpressions are shared, and lengths are scaled by parameters. Long equations are left as they
+are, since the forms differ by little in them:
 
     Ṙ s₁ + R s s₁  →  … u₅ where the constraints give u₅ = R s s₁;   g sin q + R w,  R x  →  R ((g/R) sin q + w),  R x
     q̇ collected: ẋ = R (u₂ tan q₂ − u₃) cos q₁ for R u₂ cos q₁ tan q₂ − R u₃ cos q₁
@@ -90,10 +90,10 @@ def reactions(
     w: ConstraintRates | None,
     differentiated: bool,
 ) -> Iterator[tuple[Expr, ...]]:
-    """R with products along the frames of the partial velocities; where they are `differentiated`, in a few ways.
+    """Forms of R, with scalar products along the frames of the partial velocities; several if `differentiated`.
 
-    Accelerations are those of the bodies of `moving` with `u_dot`, or velocities `differentiated`, partial velocities those of
-    `derived`, which has all speeds. The speeds of `w` that vanish are left out.
+    Accelerations are those of the bodies of `moving` at `u_dot`, or derivatives of velocities if `differentiated`; partial velocities
+    are those of all speeds of `derived`. The vanishing speeds of `w` are set to zero.
     """
 
     def whole(bodies: Sequence[Moving]) -> list[LoadTerm]:
@@ -136,7 +136,7 @@ def _along_inertial(
     u_dot: Mapping[Expr, Expr],
     reactions_of: Callable[[Sequence[Moving]], tuple[Expr, ...]],
 ) -> tuple[Expr, ...]:
-    """The accelerations of some mass centres by u̇ of all speeds along the inertial frame, each where that is shorter."""
+    """R with the accelerations of mass centres along the inertial frame, each if that is shorter."""
     cost = Prices((*derived.rates, *u_dot.values()))
     known = derived.kinematics.with_following(_given(derived, u_dot), moving.kinematics.contacts)
     bodies, best = list(moving.bodies), reactions_of(moving.bodies)
@@ -151,7 +151,7 @@ def _along_inertial(
 
 
 def _along(b: Moving, frame: Basis, known: Kinematics) -> Moving:
-    """The body with the acceleration of its centre as the derivative of the measure numbers of v along a frame."""
+    """The body with the acceleration of its centre as the derivative of v along a frame."""
     if b.rotation is None or frame not in b.rotation.frame.lineage:
         return b
     a = known.turning(b.center.total.express(frame))
@@ -165,7 +165,7 @@ def _remainders(
     about: Sequence[LoadTerm],
     product: Callable[[Vector, Vector], Expr],
 ) -> tuple[Expr, ...]:
-    """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed; ρ_D of the terms `about` points at rest."""
+    """ρ_a + A_naᵀ ρ_D by auxiliary speed; ρ_D is computed from the terms `about` points at rest."""
 
     def rho(s: Expr, terms: Sequence[LoadTerm] = about) -> Expr:
         return neg(generalized_by_motion(terms, s, product))
@@ -182,7 +182,7 @@ def _remainders(
 
 @remembered
 def _carried(e: Embedding, held: tuple[Expr, ...]) -> Matrix:
-    """A_naᵀ ρ_D, by −A_aᵀ λ with A_Dᵀ λ = ρ_D where that divides by nothing else."""
+    """A_naᵀ ρ_D, as −A_aᵀ λ with A_Dᵀ λ = ρ_D if that has no other divisors."""
     if {d.value for d in e.transposed.divisors} <= {d.value for d in e.divisors}:
         multipliers = e.transposed.solve(held)
         return -(e.rows.a_auxiliary.take(e.partition.rows).T @ Matrix.column(multipliers))
@@ -190,7 +190,7 @@ def _carried(e: Embedding, held: tuple[Expr, ...]) -> Matrix:
 
 
 def _dot_along(partial: Vector, v: Vector) -> Expr:
-    """Their product, v along the frame of the partial velocity first, as other reactions need it."""
+    """The scalar product, with v first expressed along the frame of the partial velocity, where other reactions need it too."""
     return partial.dot(v.express(partial.parts[0][0]) if len(partial.parts) == 1 else v)
 
 
@@ -198,7 +198,7 @@ _TAN = OPS["tan"]
 
 
 class Variant(NamedTuple):
-    """How equations are written in given speeds."""
+    """A form of the equations in given speeds."""
 
     embedding: Literal["after", "before"]
     about: Literal["mass centre", "point at rest"] = "mass centre"
@@ -206,23 +206,23 @@ class Variant(NamedTuple):
 
 
 ASSEMBLED = (Variant("after"),)
-"""Where loads hold reactions."""
+"""Forms for loads that depend on reactions."""
 LONG = (Variant("before"),)
-"""Of long equations: there candidates differ by little, and each takes its time."""
+"""Forms for long equations, in which candidates differ by little and take long to derive."""
 DECLARED = (Variant("before"), Variant("after", bias="power"), Variant("before", "point at rest", "momenta"))
-"""In the declared speeds, beside the assembled equations."""
+"""Forms in the declared speeds, besides the assembled equations."""
 BY_RATES = (Variant("after"), Variant("before", bias="momenta"), Variant("before", bias="squares"))
-"""With rates of constraints as speeds."""
+"""Forms with rates of constraints as speeds."""
 
 
 SPEEDS = ("mass centre", "rates of constraints", "absolute")
 """Speeds beside the declared ones: velocities of the mass centre, rates of constraints, rates of absolute angles."""
 DEPENDENT = ("A_n", "definitions", "tree", "rates")
-"""Ways to the dependent u̇: by A_n and c_D, by definitions, and differentiated at once, along the tree or from rates as written."""
+"""Forms of the dependent u̇: by A_n and c_D, by definitions, and by one differentiation, along the tree or of rates as written."""
 
 
 class Tried(NamedTuple):
-    """What the search tries: without an entry of a table it shows what that entry brings (`benchmarks/ablation.py`)."""
+    """The choices that the search tries; `benchmarks/ablation.py` leaves single entries out to measure their benefit."""
 
     speeds: tuple[str, ...] = SPEEDS
     declared: tuple[Variant, ...] = DECLARED
@@ -234,7 +234,7 @@ TRIED = Tried()
 
 
 class Candidate(NamedTuple):
-    """A solution in the speeds of its own `derived`, the motions that it is made with, and which of these speeds vanish."""
+    """A solution in the speeds of `solution.derived`, the motions used, and rates of constraints among the speeds, which vanish."""
 
     solution: Solved
     moving: BodyMotions | None
@@ -249,7 +249,7 @@ def by_rates(
     large: bool,
     tried: Tried = TRIED,
 ) -> Iterator[list[Candidate]]:
-    """Candidates with rates of constraints as speeds, for each choice of these."""
+    """Candidates with rates of constraints as speeds, a list for each choice of rates."""
     if "rates of constraints" not in tried.speeds:
         return
     choices = ASSEMBLED if coupled else LONG if large else tried.by_rates
@@ -264,7 +264,7 @@ def by_rates(
 def in_declared_speeds(
     derived: Derived, e: Embedding, touching: Sequence[PointConstraints], large: bool, tried: Tried = TRIED
 ) -> Iterator[Candidate]:
-    """Candidates in the declared speeds, through the particles that constraints hold."""
+    """Candidates in the declared speeds, with velocities from contact points."""
     return _candidates(LONG if large else tried.declared, derived, e, contacts(touching, {}, derived.kinematics), False)
 
 
@@ -286,7 +286,7 @@ def _candidates(
 
 
 def all_speeds(derived: Derived) -> BodyMotions:
-    """The motions by all speeds."""
+    """The motions of bodies in all speeds."""
     return BodyMotions(derived.speeds, derived.kinematics, derived.bodies)
 
 
@@ -296,7 +296,7 @@ def all_speeds(derived: Derived) -> BodyMotions:
 def with_dependent(
     derived: Derived, e: Embedding, candidate: Candidate, large: bool, ways: Sequence[str] = DEPENDENT
 ) -> Iterator[Exprs]:
-    """u̇ with those of the dependent speeds, which follow from those of the independent ones."""
+    """u̇ of all speeds in several forms, with u̇_D from u̇_I of a candidate."""
     solution, w = candidate.solution, candidate.w
     own = [solution.accelerations[i] for i in e.independent]
     if "A_n" in ways and (w is None or not large or candidate.moving is None):
@@ -308,7 +308,7 @@ def with_dependent(
 
 
 def _differentiated(derived: Derived, e: Embedding, u_dot: Sequence[Expr], ways: Sequence[str]) -> Iterator[Exprs]:
-    """u̇ of all speeds along the tree and from the rates of coordinates, `u_dot` being those of the independent ones."""
+    """u̇ of all speeds with u̇_D by one differentiation, along the tree and of rates as written, from u̇_I = `u_dot`."""
     own = dict(zip(e.independent, u_dot, strict=True))
     usual = derived.kinematics
     given = usual.with_following({u: Following({}, ZERO, own.get(i, ZERO)) for i, u in enumerate(derived.speeds)}, {})
@@ -335,7 +335,7 @@ def _differentiated(derived: Derived, e: Embedding, u_dot: Sequence[Expr], ways:
 def with_reactions(
     candidate: Candidate, u_dot: Exprs, derived: Derived, e: Embedding | None, differentiated: bool = False
 ) -> Solved:
-    """The solution with this u̇, and the reactions as they are shortest beside it; `differentiated` ones are others."""
+    """The solution with this u̇ and the reactions in the shortest form beside it, by `differentiated` velocities or not."""
     s, w = candidate.solution, candidate.w
     values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
     every = [s.reactions] if len(s.reactions) == len(s.derived.reactions) else []
@@ -357,7 +357,7 @@ def with_reactions(
 
 
 def _cheapest(every: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embedding | None) -> Exprs:
-    """What takes the fewest operations; of those that take as few by what they take in the end, where `e` is given."""
+    """The expressions with the fewest operations; ties are decided by their operations after shortening, if `e` is given."""
     if len(every) == 1:
         return every[0]
     prices = list(map(Prices(beside), every))
@@ -372,7 +372,7 @@ def _cheapest(every: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embedd
 
 
 def divisors(exprs: Sequence[Expr]) -> set[Expr]:
-    """What expressions divide by, with its factors; of tangents their cosines."""
+    """The divisors of expressions, with their factors, and the cosines of tangents."""
     below = nodes(exprs)
     found = {f for node in below if node.op is DIV for f in factors(node.args[1])}
     found |= {f for node in found if node.op is REGULAR for f in factors(node.args[0])}
@@ -380,23 +380,23 @@ def divisors(exprs: Sequence[Expr]) -> set[Expr]:
 
 
 def of_embedding(e: Embedding) -> set[Expr]:
-    """What A_n = −A_D⁻¹ A_I surely divides by: what A_I does and A_D does not, as A_D⁻¹ vanishes nowhere where A_D is finite."""
+    """Divisors that A_n = −A_D⁻¹ A_I certainly has: those of A_I that A_D does not have, as A_D⁻¹ is nonzero where A_D is finite."""
     a = e.rows.a.take(e.partition.rows)
     return divisors(a.take(columns=e.independent).entries) - divisors(a.take(columns=e.partition.dependent).entries)
 
 
 class Poles:
-    """What usual ways divide by, as far as that has to be known: first what is known soonest, last what it is made of.
+    """The divisors of the usual solution, computed as far as needed, the cheapest to compute first.
 
-    A candidate may divide by nothing of W by which the usual solution does not. None of it is made where a candidate divides by
-    nothing of W.
+    A candidate must not have divisors of W that the usual solution does not have. Nothing is computed for a candidate without
+    divisors of W.
     """
 
     def __init__(self, *known: Callable[[], set[Expr]]) -> None:
         self._open, self._known = list(known), set[Expr]()
 
     def fewer(self, derived: Derived, exprs: Sequence[Expr]) -> bool:
-        """Whether expressions divide by nothing of W that the usual solution does not divide by."""
+        """Whether all divisors of W in expressions are divisors of the usual solution."""
         pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
         moving = {f for f in pivots if not is_constant_in_time([f])}
         divided = moving & divisors(exprs) if moving else moving
@@ -413,7 +413,7 @@ SHORT = 200
 
 
 def with_short_forms(s: Solved) -> Solved:
-    """The same with shorter u̇, reactions and q̇; before it is guarded."""
+    """The solution with shorter u̇, reactions and q̇; to be applied before guards."""
     n, rates = len(s.accelerations), s.rates
     found = short_forms((*s.accelerations, *s.reactions, *rates), s.derived, s.embedding)
     own = found[len(found) - len(rates) :]
@@ -426,7 +426,7 @@ def with_short_forms(s: Solved) -> Solved:
 
 
 def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) -> tuple[Expr, ...]:
-    """Expressions that are computed together in fewer operations; themselves where they are long."""
+    """The expressions rewritten to take fewer operations together; unchanged if they are long."""
     best = Together(exprs)
     if exceeds(best, SHORT):
         return best
@@ -447,7 +447,7 @@ def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) ->
 
 
 def _by_constraints(derived: Derived, e: Embedding | None) -> dict[Expr, Expr]:
-    """Dependent speeds by what the constraints give them as."""
+    """The dependent speeds by the expressions that the constraints give for them."""
     if e is None:
         return {}
     own = [derived.speeds[i] for i in e.independent]
@@ -459,7 +459,7 @@ _SUMS = {ADD, SUB, MUL, NEG}
 
 
 def with_short_rates(s: Solved) -> Solved:
-    """The same with each q̇ in the form that takes the fewest operations beside u̇, the reactions and the other q̇."""
+    """The solution with each q̇ in the form that adds the fewest operations to u̇, the reactions and the other q̇."""
     rates, price = list(s.rates), None
     sums = [i for i, x in enumerate(rates) if x.op in _SUMS and any(a.args for a in x.args)]
     for i in sums:
@@ -473,7 +473,7 @@ def with_short_rates(s: Solved) -> Solved:
 
 
 def with_short_quotients(s: Solved) -> Solved:
-    """The same, where u̇, reactions and q̇ then take fewer operations, or as many and each of them fewer; before it is guarded."""
+    """The solution with short quotients, if these reduce the operations of u̇, reactions and q̇; to be applied before guards."""
     solved = (*s.accelerations, *s.reactions)
     found = shortened(solved, s.shorter_rates or s.derived.rates)
     if all(x is y for x, y in zip(solved, found, strict=True)):
@@ -485,7 +485,7 @@ def with_short_quotients(s: Solved) -> Solved:
 
 
 def with_half_speeds(s: Solved) -> Solved:
-    """The same, where q̇ then takes fewer operations beside u̇."""
+    """The solution with ω/2 shared in ė of Euler parameters, if q̇ then takes fewer operations beside u̇."""
     if not s.derived.system.euler_parameters:
         return s
     place: dict[Expr, int] = {q: i for i, q in enumerate(s.derived.system.coordinates)}

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the segments of a tree carry: mass, inertia about their origin, and loads, along their bases; some of it moved to the parent.
+"""Rigid-body inertias of the segments of a tree, and their regrouping to base inertial parameters (Khalil & Dombre 2002, sec. 9.4.2).
 
-Turned about an axis, a body with its mass centre on the axis and the inertia diag(j, j, 0) about its origin there is the same in every
-position, and accelerates in the same way, whether it turns along or not. So of the parameters of a segment that turns about an axis
-the mass, m r*_z and one moment of inertia are carried by its parent, from the tips to the base; of one that slides the inertia, of one
-that turns about a point the mass (Khalil & Dombre 2002, sec. 9.4.2). That is done once for given parameters.
+A body with its mass centre on an axis and inertia diag(j, j, 0) about an origin on the axis has the same effect on the motion whether
+it rotates about that axis or not. So the mass, m r*_z and one moment of inertia of a segment that rotates about an axis are moved to
+its parent, from the tips to the base; likewise the inertia of a segment that slides, and the mass of one that rotates about a point.
+The regrouped parameters are computed once per set of parameters.
 
-Of links that turn about parallel axes each may have a mass at the end of its arm, where the next one turns: M of that one takes it in
-at two additions, and m r* of the link vanishes where it is along the arm.
+Of links that rotate about parallel axes, the component of m r* along the arm is replaced by a mass at the end of the arm, which is
+attached to the next link (`balanced`): it enters that link's M by two additions.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -42,7 +42,7 @@ from kane.tree.values import NO_MASS, Rigid
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
-    """What each segment carries, about its origin and along its B."""
+    """The rigid-body inertia of each segment about its origin, along its B."""
     bodies, inertias = [NO_MASS] * len(segments.steps), inertias_of(derived)
     for number, link in zip(segments.ends, links, strict=True):
         if number:
@@ -54,12 +54,12 @@ Inertias = Mapping[tuple[str, Point], ConstantInertia | None]
 
 
 def inertias_of(derived: Derived) -> Inertias:
-    """The central inertias of the parts of bodies, by name and mass centre."""
+    """The central inertias of the parts of bodies, by part name and mass centre."""
     return {(part.name, part.mass_center): inertia for _, part, inertia in derived.inertias}
 
 
 def rigid_body(inertias: Inertias, link: Link, shift: Triple = NOTHING) -> Rigid:
-    """What a link carries, along its basis and about the point from which its origin lies at `shift`."""
+    """The rigid-body inertia of a link along its basis, about the point from which its origin lies at `shift`."""
     body = NO_MASS
     for part, arm in link.parts:
         if part.momenta:  # those are in `flexible`
@@ -80,7 +80,7 @@ def _rigid(part: Part, r: Triple, inertia: ConstantInertia | None, basis: Basis)
 
 
 def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
-    """The central inertia along a basis in which it is constant, too."""
+    """The central inertia along another basis, in which it must be constant. Unsuited if it is not."""
     up, down = path(inertia.frame, basis)
     rows = inertia.rows
     for f in up:
@@ -95,9 +95,9 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
 def regrouped(
     bodies: Sequence[Rigid], steps: Sequence[JointStep], balanced: bool, crossed: Collection[int] = ()
 ) -> list[Rigid]:
-    """The same with what each segment need not carry moved to its parent; `balanced` with masses in the next of parallel axes.
+    """The bodies regrouped to the parents; `balanced` with masses moved to the next of parallel axes.
 
-    Nothing is moved across the joints of the segments that are `crossed`: what they transmit is asked for.
+    Nothing is moved across the joints of the segments `crossed`, whose transmitted wrenches are asked for.
     """
     own = list(bodies)
     flat = {} if crossed else _flat(steps)
@@ -113,7 +113,7 @@ def regrouped(
             own[tip] = own[tip].plus(Rigid(mass, NOTHING, NO_ROWS))
         kept, moved = (body, NO_MASS) if i in crossed else _shared(step, body)
         own[i] = kept
-        if moved.is_nothing or step.parent == 0:  # the ground does not mind
+        if moved.is_nothing or step.parent == 0:  # inertia of the ground has no effect
             continue
         if tips.get(step.parent) == i and moved._replace(m=ZERO).is_nothing:
             at_tip[step.parent] = moved.m
@@ -126,7 +126,7 @@ def regrouped(
 
 
 def _flat(steps: Sequence[JointStep]) -> dict[int, int]:
-    """The axes of segments that only turns about parallel axes lead to, and slides."""
+    """The axis of each segment in planar motion, reached from the ground by slides and rotations about parallel axes alone."""
     result: dict[int, int] = {}
     for i, step in enumerate(steps):
         axis = None if step.turn is None or step.modes else step.turn.axis
@@ -136,14 +136,14 @@ def _flat(steps: Sequence[JointStep]) -> dict[int, int]:
 
 
 def _felt(body: Rigid, axis: int) -> Rigid:
-    """What a body is for turns about one axis."""
+    """A body with the entries that matter for rotations about one axis; the others are zero."""
     rows = [[ZERO] * 3 for _ in range(3)]
     rows[axis][axis] = body.j[axis][axis]
     return Rigid(body.m, triple([ZERO if k == axis else x for k, x in enumerate(body.h)]), as_rows(rows))
 
 
 def _tips(steps: Sequence[JointStep]) -> dict[int, int]:
-    """For segments that another turns in about a parallel axis, the number of this one."""
+    """The first segment that rotates in each segment about a parallel axis, without slide."""
     result: dict[int, int] = {}
     for i, step in enumerate(steps):
         if step.joins and not step.slide.freedoms and is_constant_in_time(step.arm):
@@ -152,10 +152,10 @@ def _tips(steps: Sequence[JointStep]) -> dict[int, int]:
 
 
 def _balanced(step: JointStep, body: Rigid, held: Expr, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
-    """A body without the component of h along an arm with one, and the mass at the end of the arm that has it.
+    """Replaces the component of h along an arm by a mass at the arm's end: the body without it, and that mass.
 
-    With that goes the mass that is `held` there already; where h has no such component the body takes it. Of J only what is felt
-    about the `axis`, if one is given.
+    The mass `held` at the end already is added to that mass, or to the body if h has no such component. With an `axis`, only the
+    moment of inertia about it is kept up to date.
     """
     along = [k for k in range(3) if arm[k] is not ZERO]
     mass = _mass_at(body.h[along[0]], arm[along[0]]) if len(along) == 1 and not any(step.slide.freedoms) else None
@@ -174,7 +174,7 @@ def _balanced(step: JointStep, body: Rigid, held: Expr, arm: Triple, axis: int |
 
 
 def _mass_at(h: Expr, r: Expr) -> Expr | None:
-    """h / r collected, where r is a number or one times parameters that h holds; None else, or where h is none."""
+    """h / r collected, if r is a number times parameters that are factors of h; else, or if h is zero, None."""
     result = quotient(h, r) if h is not ZERO else None
     if result is None:
         result = shares(h, r)
@@ -183,7 +183,7 @@ def _mass_at(h: Expr, r: Expr) -> Expr | None:
 
 
 def shares(h: Expr, r: Expr) -> Expr | None:
-    """h / r where r is a number or one times parameters that h holds; None else, or where h is none."""
+    """h / r if r is a number times parameters that are factors of h; else, or if h is zero, None."""
     if h is ZERO or r is ZERO:
         return None
     memo: Contents = {}
@@ -197,7 +197,7 @@ def shares(h: Expr, r: Expr) -> Expr | None:
 
 
 def _shared(step: JointStep, body: Rigid) -> tuple[Rigid, Rigid]:
-    """What a segment keeps, and what its parent may carry, at the origin along A; along the parent's B for one that joins."""
+    """The parts of a body that its segment keeps and that can be moved to the parent, about the origin, along A."""
     still = not step.slide.freedoms and all(x is ZERO for x in step.slide.total)
     turns = any(x is not ZERO for x in step.spin.total)
     if not turns and step.turn is not None:
@@ -221,5 +221,5 @@ def _shared(step: JointStep, body: Rigid) -> tuple[Rigid, Rigid]:
 
 
 def falling(derived: Derived) -> Triple:
-    """−g along the inertial frame: what a system without gravity accelerates with to feel it."""
+    """−g along the inertial frame: the acceleration of the ground that has the effect of gravity."""
     return negative(free_fall(derived.system).components(derived.system.inertial))

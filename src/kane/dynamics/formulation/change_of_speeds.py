@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Changes of speeds in which equations are shorter, or regular where W has a pole; what is solved is written in the declared ones.
+"""Changes of speeds: generalized speeds in which the equations are shorter, or regular at false poles of W.
 
-*Absolute rates.* Where frames turn about one axis by θ₁, θ₁ + θ₂, …, the rate of each angle moves every link after it. With
-Ω = θ̇₁ + θ̇₂ + … in the place of the last of these rates it turns one link alone. Declared speeds and u̇ follow by sums and differences.
+Results are transformed back to the declared speeds.
 
-*Rates of constraints.* In the place of dependent speeds stand rates w = A_q q̇ + b_q (no slip, no lifting, a blade), which vanish: with
-(u_I, w) as speeds the constraints are w = 0, and q̇ follows from [Y_I; A_q]. Where they are all of the velocity of a body's particle,
-velocities of the body go through that particle,
+*Absolute rates.* If frames rotate about parallel axes by θ₁, θ₁ + θ₂, …, the rate of each angle moves every later link. With
+Ω = θ̇₁ + θ̇₂ + … instead of the last of these rates each speed rotates one link. The declared speeds and u̇ are sums and differences.
+
+*Rates of constraints.* Dependent speeds are replaced by the rates w = A_q q̇ + b_q of constraints (no slip, contact, a blade): in the
+speeds (u_I, w) the constraints are w = 0, and q̇ follows from [Y_I; A_q]. If the w are all components of the velocity of a contact
+point Ĉ of a body, velocities of the body are computed from it,
 
     v^X = v^Ĉ + ω × r = Σ n w + ω × r
 
-(Kane & Levinson 1985, sec. 2.7 and 2.13). The declared dependent speeds are u_D = Y_D q̇ + z_D of these rates,
-u_D = A_n u_I + A_na u_a + b_n with w = −A_a u_a; the state's u_D stand only in loads that were declared with them.
+(Kane & Levinson 1985, sec. 2.7 and 2.13). The declared dependent speeds are u_D = Y_D q̇ + z_D at these rates,
+u_D = A_n u_I + A_na u_a + b_n with w = −A_a u_a; u_D of the state occur only in loads that were declared with them.
 
-*Velocities of the mass centre.* Where speeds u_k translate one body as a whole along directions n_k fixed in the inertial frame, the
-velocities of its mass centre w_k = v^C*·n_k take their places. The other partial velocities of C* are then perpendicular to all n_k, M
-has the mass alone in the rows of the w_k, and the acceleration of C* along n_k is ẇ_k. Loads are written by the declared speeds, and
+*Velocities of the mass centre.* If speeds u_k translate the only body along directions n_k fixed in the inertial frame, they are
+replaced by w_k = v^C*·n_k of its mass centre C*. The other partial velocities of C* are then perpendicular to all n_k, the rows of
+the w_k in M contain the mass alone, and the acceleration of C* along n_k is ẇ_k. Loads are written in the declared speeds, and
 
     u̇_k = ẇ_k − n_k·(Σ v_r u̇_r + a_b)        with v_r of the other speeds and a_b of C*.
 """
@@ -54,14 +56,14 @@ _UNITS = {ONE, neg(ONE)}
 
 
 class Absolute(NamedTuple):
-    """What is `derived` by absolute rates, their `values` in the speeds of the state, and by their places these speeds in them."""
+    """A system `derived` in absolute rates, their `values` in the declared speeds, and the declared speeds in them, by index."""
 
     derived: Derived
     values: Mapping[Expr, Expr]
     rows: Mapping[int, Row]
 
     def declared(self, found: Solved, d: Derived, partition: Partition | None) -> Solved:
-        """What was found, by the speeds that `d` has."""
+        """The solution `found`, transformed to the speeds of `d`."""
         state = substituting(self.values)
         by_state = found.mapped(state)
         own, rates, e = by_state.accelerations, found.shorter_rates, found.embedding
@@ -75,7 +77,7 @@ class Absolute(NamedTuple):
 
 
 def absolute(d: Derived, partition: Partition | None) -> Absolute | None:
-    """The same by absolute rates; None where no frame is turned further about its base's axis by a rate that is a speed."""
+    """The system in absolute rates; None if no frame rotates about the axis of its base by a rate that is a speed."""
     sums = _sums_of_rates(d)
     rows = _inverse(sums)
     while sums and (lost := _exchanged(rows, d, partition)):
@@ -96,7 +98,7 @@ def absolute(d: Derived, partition: Partition | None) -> Absolute | None:
 
 
 def _sums_of_rates(d: Derived) -> dict[int, Row]:
-    """Ω as sums of speeds that are rates, by the place of the last of them."""
+    """The sums Ω of speeds, by the index of the last speed in each."""
     places: dict[Expr, int] = {rate: i for i, rate in enumerate(d.system.speeds.values())}
     seen: set[Expr] = set()
     result: dict[int, Row] = {}
@@ -114,7 +116,7 @@ def _sums_of_rates(d: Derived) -> dict[int, Row]:
 
 
 def _inverse(sums: Mapping[int, Row]) -> dict[int, Row]:
-    """The rates that absolute ones replace by these and the others: u_k = ±(Ω_k − Σ c_j u_j)."""
+    """The replaced speeds in absolute rates and the other speeds: u_k = ±(Ω_k − Σ c_j u_j)."""
     rows: dict[int, Row] = {}
     for k, total in sums.items():
         row = {k: ONE}
@@ -127,7 +129,7 @@ def _inverse(sums: Mapping[int, Row]) -> dict[int, Row]:
 
 
 def _exchanged(rows: Mapping[int, Row], d: Derived, partition: Partition | None) -> list[int]:
-    """Independent speeds by whose replacement other determinants would give the dependent ones."""
+    """The independent speeds whose replacement would change the determinants that the dependent speeds are solved by."""
     if partition is None:
         return []
     dependent, a = set(partition.dependent), d.constraints.a.take(partition.rows)
@@ -146,7 +148,7 @@ def _combination(row: Row, values: Sequence[Expr]) -> Expr:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstraintRates:
-    """`rows` are the constraints by the places of the speeds that their rates replace, `speeds` the rates by these rows."""
+    """The rates w of constraints as speeds: `rows` are constraints by the index of the speed replaced, `speeds` the w by row."""
 
     rows: Mapping[int, int]
     speeds: Mapping[int, Speed]
@@ -154,11 +156,11 @@ class ConstraintRates:
     _memo: dict[Expr, Expr] = field(default_factory=dict)
 
     def held(self, e: Expr) -> Expr:
-        """An expression on the constraints: w = ẇ = 0."""
+        """An expression at w = ẇ = 0, on the constraints."""
         return substituted(e, self.vanishing, self._memo)
 
     def solution(self, found: Solved) -> Solved:
-        """A solution on the constraints; the same one where no w is in it."""
+        """A solution at w = ẇ = 0; the same object if it contains no w."""
         roots = (*found.accelerations, *found.reactions, *found.pivots, *found.reaction_matrix.entries)
         return (
             found.mapped(self.held)
@@ -167,7 +169,7 @@ class ConstraintRates:
         )
 
     def definitions(self, derived: Derived) -> dict[Speed, Expr]:
-        """The speeds with the rates in their places, in the rates of the coordinates."""
+        """The definitions of the speeds, with those replaced by w, in the rates of the coordinates."""
         constraints = derived.constraints.constraints
         result: dict[Speed, Expr] = {}
         for i, (u, definition) in enumerate(derived.system.speeds.items()):
@@ -178,12 +180,12 @@ class ConstraintRates:
         return result
 
     def row(self, constraint: int, count: int) -> list[Expr]:
-        """The row w = 0 among `count` speeds, of a constraint that no rate stands for a row of zeros."""
+        """The row w = 0 of a constraint in `count` speeds; zeros for a constraint without a rate."""
         return [ONE if self.rows.get(j) == constraint else ZERO for j in range(count)]
 
 
 def constraint_rates(rows: Mapping[int, int]) -> ConstraintRates:
-    """The rates of constraints, `rows` by the places of the speeds that they replace."""
+    """New speeds for the rates of constraints, `rows` by the index of the speed replaced."""
     w = {r: Speed.declare(f"w{k + 1}", None, "", "rate of a constraint") for k, r in enumerate(rows.values())}
     return ConstraintRates(rows, w, {x: ZERO for s in w.values() for x in (s, rate(s))})
 
@@ -191,7 +193,7 @@ def constraint_rates(rows: Mapping[int, int]) -> ConstraintRates:
 def twins(
     derived: Derived, partition: Partition, held: Sequence[PointConstraints]
 ) -> Iterator[tuple[Derived, ConstraintRates]]:
-    """The same with the rates of motion constraints as speeds, all together and each point's alone, with the rows w = 0."""
+    """The system with rates of motion constraints as speeds: of all of them together, then of those of each point alone."""
     constraints = derived.constraints.constraints
     moving = [t for t in held if any(constraints[r].kind == "motion" for r in t.rows)]
     for chosen in (moving, *([t] for t in moving if len(moving) > 1)) if moving else ():
@@ -200,12 +202,12 @@ def twins(
             w = constraint_rates(rows)
             try:
                 yield _by_contacts(derived, w, chosen), w
-            except KaneError:  # the speeds are no speeds then
+            except KaneError:  # these speeds do not determine the rates
                 continue
 
 
 def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, int] | None:
-    """Dependent speeds that these constraints give, divided by constants alone, with the row that each stands for."""
+    """Dependent speeds, with a row for each, that some constraints determine with constant divisors; None if there are none."""
     for dependent in combinations(partition.dependent, len(rows)):
         size = determinant(a.take(rows, dependent).rows)
         if size is not ZERO and is_constant_in_time([size]):
@@ -214,7 +216,7 @@ def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, in
 
 
 def _by_contacts(derived: Derived, w: ConstraintRates, chosen: Sequence[PointConstraints]) -> Derived:
-    """The same by other speeds, with the rows w = 0."""
+    """The system in speeds with w, with the rows w = 0 and contact points of the constraints `chosen`."""
     known = contacts(chosen, w.speeds, derived.kinematics)
     twin = by_other_speeds(derived, w.definitions(derived), derived.constraints, known)
     constraints, (m, n) = derived.constraints.constraints, derived.constraints.a.shape
@@ -233,7 +235,7 @@ def _by_contacts(derived: Derived, w: ConstraintRates, chosen: Sequence[PointCon
 
 
 def by_definitions(derived: Derived, twin: Derived, u_dot: Exprs, w: ConstraintRates) -> Exprs:
-    """u̇ with those that w replaced from the derivatives of their definitions."""
+    """u̇ of all declared speeds; those replaced by w follow from the derivatives of their definitions."""
     values, speeds = list(u_dot), derived.speeds
     forms = twin.kinematical.forms([derived.system.speeds[speeds[i]] for i in w.rows])
     for i, form in zip(w.rows, forms, strict=True):
@@ -247,7 +249,7 @@ def by_definitions(derived: Derived, twin: Derived, u_dot: Exprs, w: ConstraintR
 
 
 def constraint_speeds(derived: Derived, partition: Partition | None) -> Solved:
-    """u̇ and the reactions, free of the poles that W alone has; without constraints by the classical route."""
+    """u̇ and the reactions without false poles of W; without constraints by the classical formulation."""
     if partition is None:
         return classical(derived, partition)
     w = constraint_rates(dict(zip(partition.dependent, partition.rows, strict=True)))
@@ -267,7 +269,7 @@ def constraint_speeds(derived: Derived, partition: Partition | None) -> Solved:
 
 
 def _by_constraints(derived: Derived, w: ConstraintRates) -> Derived:
-    """The same with the rates of the constraints in the places of the dependent speeds."""
+    """The system with the dependent speeds replaced by the rates of the constraints."""
     rows = derived.constraints
     m, n = rows.a.shape
     nothing = (ZERO,) * m
@@ -278,7 +280,7 @@ def _by_constraints(derived: Derived, w: ConstraintRates) -> Derived:
 
 
 def _embedding_by_rates(derived: Derived, partition: Partition, twin: Derived, w: ConstraintRates) -> Embedding:
-    """The declared dependent speeds by the independent ones: A_n, b_n from Y_D q̇ + z_D with q̇ of the twin."""
+    """The embedding of the declared dependent speeds: A_n and b_n from Y_D q̇ + z_D with q̇ of `twin`."""
     speeds = derived.speeds
     free = partition.independent(len(speeds))
     definitions = [derived.system.speeds[speeds[d]] for d in partition.dependent]
@@ -294,9 +296,9 @@ def _embedding_by_rates(derived: Derived, partition: Partition, twin: Derived, w
 
 
 def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
-    """The same by velocities of the mass centre, and u̇ and the reactions solved by them; None where nothing translates one body.
+    """The system in velocities of the mass centre, and its solution; None if no speeds translate the only body.
 
-    What is divided by is not watched yet.
+    The solution has no guards of divisors.
     """
     moved = _translating(derived)
     if moved is None:
@@ -326,7 +328,7 @@ def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
 
 
 def _translating(derived: Derived) -> tuple[Point, dict[Speed, Vector]] | None:
-    """The mass centre of the only body, and the speeds that translate the body as a whole, with their directions."""
+    """The mass centre of the only body, and the speeds that translate it, with their directions; None if there are none."""
     if len(derived.bodies) != 1:
         return None
     ((_, part, centre, rotation, shared),) = derived.bodies
@@ -341,7 +343,7 @@ def _translating(derived: Derived) -> tuple[Point, dict[Speed, Vector]] | None:
 
 
 def _fixed(derived: Derived, v: Vector) -> bool:
-    """Whether the vector does not turn."""
+    """Whether a vector has a constant direction in the inertial frame."""
     return all(
         f is derived.system.inertial and all(constant_value(x) is not None for x in triple) for f, triple in v.parts
     )
@@ -350,7 +352,7 @@ def _fixed(derived: Derived, v: Vector) -> bool:
 def _declared_accelerations(
     derived: Derived, centre: Point, directions: Mapping[Speed, Vector], u_dot: Mapping[Expr, Expr]
 ) -> Exprs:
-    """u̇ of the declared speeds: those of the w_k less what the other speeds accelerate C* by."""
+    """u̇ of the declared speeds, u̇_k = ẇ_k − n_k·(Σ v_r u̇_r + a_b) for those replaced."""
     motion = derived.kinematics.point(centre)
     others = sum(
         (v * u_dot[s] for s, v in motion.partials.items() if s in u_dot and s not in directions), start=motion.bias

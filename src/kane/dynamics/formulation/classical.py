@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Equations for u̇ in given speeds: assembled and then embedded, or in motions that satisfy the constraints from the start.
+"""Kane's dynamical equations in given speeds (Kane & Levinson 1985, sec. 4.4, 6.1), with M factored as L D Lᵀ: four forms.
 
-Assembled M, f and G of all speeds are reduced by B = [1; A_n], and M is factored as L D Lᵀ (classical). With u_D = A_n u_I + b_n and
-u̇_D = A_n u̇_I + c_D put in along the tree, every body has one partial velocity for each degree of freedom (embedded),
-ṽ_r = v_r + Σ_D v_D A_n[D, r] (Kane & Levinson 1985, sec. 2.14), and the equations are those of a system without constraints:
+Assembled (classical): M, f and G of all speeds are reduced by B = [1; A_n]. Embedded: u_D = A_n u_I + b_n and u̇_D = A_n u̇_I + c_D
+are substituted along the tree, so that every body has the nonholonomic partial velocities ṽ_r = v_r + Σ_D v_D A_n[D, r] (sec. 2.14),
+one per degree of freedom, and the equations are those of a system without constraints:
 
     M̃_rs = Σ m ṽ_r·ṽ_s + ω̃_r·I·ω̃_s,   f̃_r = Σ (m ṽ_r)·(g − ã_b) + ṽ_r·F + ω̃_r·T − (I·ω̃_r)·α̃_b − ω̃_r·(ω × I·ω)
 
-A body with a point O at rest may be taken about that: with ṽ_r = ω̃_r × r from O,
+For a body with a point O at rest the terms may be written about O: with ṽ_r = ω̃_r × r, r from O,
 
     m ṽ_r·a + ω̃_r·(I·α + ω × I·ω) = ω̃_r·(I_O·α + ω × I_O·ω),   I_O = I + m (r² 1 − r r)
 
-(sec. 3.3): the mass centre brings its weight alone, and I_O is a matter of parameters. Of one degree of freedom, with velocities that
-are homogeneous in the speeds, u = B u_I, the power of the forces is the rate of the kinetic energy K = ½ uᵀ M u,
+(sec. 3.3), where I_O depends on parameters alone. Power: with one degree of freedom and velocities homogeneous in the speeds,
+u = B u_I, the power of the forces is the rate of the kinetic energy K = ½ uᵀ M u,
 
     Bᵀ M B u̇_I = Bᵀ F − (M B)ᵀ c − ½ Bᵀ Ṁ u,
 
-F those of the active forces alone: no acceleration of any body is needed, and of M only what changes is differentiated. As B_r u_s is
-B_s u_r, each pair of entries of Ṁ counts once. And K may be a sum of squares, as one writes it by hand:
+with the active forces F: accelerations of bodies are not needed, and only entries of M that vary are differentiated. As B_r u_s is
+B_s u_r, each pair of entries of Ṁ is needed once. Squares: K is written as a sum of squares, as by hand:
 
     K = ½ Σ W x²,   x = X u_I,   ẋ = X u̇_I + d:       (Σ W X²) u̇_I = F̃ − Σ W X d
 
-The x are measure numbers of velocities of mass centres, each along a frame in which they are short, and of angular velocities. What a
-constraint says vanishes is left out of them, and those that are multiples of each other are one: moments of inertia are then about
-the points that constraints guide. Loads that hold reactions are left to the assembled equations.
+The x are measure numbers of angular velocities and of velocities of mass centres, each along a frame in which they are short. Terms
+that vanish by a constraint are left out, and multiples of the same form are joined: moments of inertia are then about the points
+guided by constraints. Loads that depend on reactions need the assembled form.
 
-They are solved for u̇ and the reactions as straight-line code:
+The equations are solved for u̇ and the reactions as straight-line code:
 
     M u̇ = f + G R                 n equations
     M_a u̇ = f_a + G_a R           one for each auxiliary speed
@@ -34,8 +34,8 @@ M is factored as L D Lᵀ. With y = L⁻¹ f, Z = L⁻¹ G and X = L⁻¹ M_aᵀ
 
     (G_a − Xᵀ D⁻¹ Z) R = Xᵀ D⁻¹ y − f_a,
 
-a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an active force, Z = 0 and R follows from u̇.
-M is eliminated in an order in which little of what is zero is filled.
+a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). If no load depends on a reaction, Z = 0 and R follows from u̇. M is eliminated in an order
+with little fill-in.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -66,9 +66,9 @@ from kane.tree.triples import as_rows
 
 
 class BlockSolution(NamedTuple):
-    """u̇ and R, the pivots of M, G_a − Xᵀ D⁻¹ Z, and what that is without loads that hold reactions.
+    """u̇ and R, the pivots of M, the matrix G_a − Xᵀ D⁻¹ Z, and the same without loads that depend on reactions.
 
-    Where reactions are named in loads alone, these cannot be told from others: the latter is G_a with them.
+    If some reaction occurs in loads alone, the latter matrix is G_a with these loads.
     """
 
     accelerations: tuple[Expr, ...]
@@ -79,10 +79,10 @@ class BlockSolution(NamedTuple):
 
 
 def block_solution(blocks: Blocks) -> BlockSolution:
-    """Solve for u̇ and R; a SingularError where a pivot of M, or of what R is solved from, is zero whatever the state.
+    """Solves the equations for u̇ and R. SingularError if a pivot of M, or of the equations for R, is identically zero.
 
-    Equations that hold each other's u̇ are divided by what parameters and numbers all of their terms have in common, and what is left
-    is collected, where that is shorter.
+    Coupled equations are divided by parameters and numbers common to all of their terms, and the result is collected if that is
+    shorter.
     """
     usual, shorter = _solution(blocks), primitive(blocks)
     if shorter is blocks:
@@ -125,7 +125,7 @@ def _solution(blocks: Blocks) -> BlockSolution:
 
 
 def solved_reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
-    """R of G_a R = `right`."""
+    """R from `matrix` R = `right`."""
     diagonal = [row[i] for i, row in enumerate(matrix)]
     if any(x is not ZERO for i, row in enumerate(matrix) for j, x in enumerate(row) if i != j):
         return solve_lu(matrix.rows, [right])[0]
@@ -135,12 +135,12 @@ def solved_reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
 
 
 def classical(derived: Derived, partition: Partition | None) -> Solved:
-    """u̇ and the reactions from M u̇ = f + G R; a speed, or a combination of speeds, that moves no mass is a ModelError."""
+    """u̇ and the reactions from M u̇ = f + G R. ModelError if a speed, or a combination of speeds, moves no mass."""
     return unguarded_classical(derived, partition).guarded()
 
 
 def unguarded_classical(derived: Derived, partition: Partition | None, e: Embedding | None = None) -> Solved:
-    """The same, where what is divided by is not watched yet, with the embedding `e` of the partition, if there is one already."""
+    """The same without guards of divisors, with the embedding `e` of the partition if it exists already."""
     system, speeds, blocks = derived.system, derived.speeds, derived.blocks
     if partition is None:
         check_mass(system, speeds, blocks.mass)
@@ -155,7 +155,7 @@ def unguarded_classical(derived: Derived, partition: Partition | None, e: Embedd
 
 @dataclass(frozen=True, eq=False)
 class BodyMotions:
-    """The motions of the bodies by `speeds`."""
+    """The motions of the bodies in `speeds`."""
 
     speeds: tuple[Speed, ...]
     kinematics: Kinematics
@@ -163,7 +163,7 @@ class BodyMotions:
 
 
 def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, ContactPoint]) -> BodyMotions:
-    """The motions of all bodies where the speeds that the constraints give are written by the others."""
+    """The motions of all bodies in the independent speeds."""
     speeds = derived.speeds
     own = tuple(speeds[i] for i in e.independent)
     following = e.following(speeds)
@@ -181,10 +181,10 @@ def embedded(
     *,
     carried: bool = False,
 ) -> Solved:
-    """u̇ from the motions in the independent speeds, without the reactions; what is divided by is not watched yet.
+    """u̇ by the embedded form, without reactions and without guards of divisors.
 
-    `bodies` are those that M̃ and f̃ are made of, where these are others than the motions have. Where they are `carried`, f̃ is made of
-    the m ṽ_r and I·ω̃_r that M̃ has, (m ṽ_r)·a in the place of ṽ_r·(m a).
+    `bodies` are the bodies for M̃ and for f̃, if others than those of `moving`. If `carried`, f̃ contains (m ṽ_r)·a instead of
+    ṽ_r·(m a), with the momenta m ṽ_r and I·ω̃_r of M̃.
     """
     own = moving.speeds
     inertial, forced = bodies or (moving.bodies, moving.bodies)
@@ -200,7 +200,7 @@ def embedded(
 def _without_reactions(
     route: str, derived: Derived, e: Embedding, mass: list[list[Expr]], right: Sequence[Expr]
 ) -> Solved:
-    """u̇ from M̃ and f̃ of the independent speeds; what is divided by is not watched yet."""
+    """u̇ from M̃ and f̃ of the independent speeds, without guards of divisors."""
     inner, matrix = block_solution(blocks(mass, right, (), (), {})), evident(derived)
     return Solved(route, derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
 
@@ -222,7 +222,7 @@ def _by_momenta(derived: Derived, bodies: Sequence[Moving], speed: Expr) -> Expr
 
 
 def evident(derived: Derived) -> Matrix:
-    """G_a where no load holds a reaction: what the reactions bring into the auxiliary equations."""
+    """G_a without loads that depend on reactions."""
     rows, columns = derived.auxiliary_speeds, derived.reactions
     return Matrix([[derived.pairs.get((s, r), ZERO) for r in columns] for s in rows], (len(rows), len(columns)))
 
@@ -237,7 +237,7 @@ Bodies = tuple[Moving, ...]
 
 
 def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tuple[Bodies, Bodies] | None:
-    """The bodies as M has them, and as f has them; None where none turns about a point at rest."""
+    """The bodies for M and for f, with inertias about points at rest; None if no body has such a point."""
     inertial, forced, some = [], [], False
     for m in bodies:
         turning = _about_point(m, kinematics)
@@ -253,7 +253,7 @@ def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tu
 
 @remembered
 def _about_point(m: Moving, kinematics: Kinematics) -> PartRotation | None:
-    """The rotation with the inertia about a point of the body at rest."""
+    """The rotation of a body with the inertia about a point of it at rest; None if there is no such point."""
     turning, arm = m.rotation, _arm(m.part, kinematics)
     if turning is None or arm is None or kinematics.point(m.part.mass_center).is_still:
         return None
@@ -275,7 +275,7 @@ def _inertia_about(rows: Cosines, mass: Expr, r: Triple) -> Cosines:
 
 
 def _arm(part: Part, kinematics: Kinematics) -> Vector | None:
-    """From a point of the body at rest to its mass centre."""
+    """The position of the mass centre from a point of the body at rest; None if there is no such point."""
     point, arm = part.mass_center, Vector()
     while point.parent is not None and point.body is None and _is_fixed(point, part):
         arm, point = arm + kinematics.aligned.vector(point.offset), point.parent
@@ -288,7 +288,7 @@ def _arm(part: Part, kinematics: Kinematics) -> Vector | None:
 
 
 def _is_fixed(point: Point, part: Part) -> bool:
-    """Whether a point lies fixed in the body beside the one before it."""
+    """Whether the position of a point from its parent is fixed in the body."""
     offset = point.offset
     return all(f is part.frame for f, _ in offset.parts) and is_constant_in_time(offset.scalars())
 
@@ -297,7 +297,7 @@ _HALF = constant(0.5)
 
 
 def homogeneous(derived: Derived, e: Embedding) -> bool:
-    """Whether velocities are u_I times what depends on the configuration and time, with one u_I, and momenta are m v."""
+    """Whether there is one u_I, velocities are u_I times a function of configuration and time, and momenta are m v."""
     if any(m.shared for m in derived.bodies):
         return False
     moving = [m.center for m in derived.bodies] + [m.rotation.motion for m in derived.bodies if m.rotation]
@@ -305,7 +305,7 @@ def homogeneous(derived: Derived, e: Embedding) -> bool:
 
 
 def _of_one_speed(derived: Derived, e: Embedding) -> tuple[list[Expr], list[Expr]]:
-    """B, and the active forces of all speeds."""
+    """B and the active forces of all speeds, for one independent speed."""
     by: dict[int, Expr] = {i: x for i, (x,) in zip(e.partition.dependent, e.a_n.rows, strict=True)}
     left = derived.left_by(derived.kinematics, [still(m) for m in derived.bodies])
     active = [forcing.generalized_by_motion(left, s) for s in derived.speeds]
@@ -313,7 +313,7 @@ def _of_one_speed(derived: Derived, e: Embedding) -> tuple[list[Expr], list[Expr
 
 
 def power(derived: Derived, e: Embedding) -> Solved:
-    """u̇ from the power, without the reactions; what is divided by is not watched yet."""
+    """u̇ by the power form, without reactions and without guards of divisors."""
     every, active = _of_one_speed(derived, e)
     spread = derived.mass_matrix @ every
     held = [spread[d] for d in e.partition.dependent]
@@ -322,14 +322,14 @@ def power(derived: Derived, e: Embedding) -> Solved:
 
 
 def still(m: Moving) -> Moving:
-    """The same body as if it had no acceleration at u̇ = 0."""
+    """The body with zero bias acceleration."""
     turning = m.rotation and replace(m.rotation, made=Vector)
     shared = tuple((motion.with_bias(Vector()), mass) for motion, mass in m.shared)
     return m._replace(center=m.center.with_bias(Vector()), rotation=turning, shared=shared)
 
 
 def _gained(derived: Derived, e: Embedding, every: Sequence[Expr]) -> Expr:
-    """½ Bᵀ Ṁ u, the shares of the independent speed first, whose B is 1."""
+    """½ Bᵀ Ṁ u, with the terms of the independent speed, whose B is 1, first."""
     total, m = ZERO, derived.mass_matrix
     order = (*e.independent, *sorted(e.partition.dependent))
     for k, s in enumerate(order):
@@ -348,7 +348,7 @@ _TERM = 4
 
 
 class Square(NamedTuple):
-    """W x y, where x is y but for products of inertia."""
+    """A term W x y of 2 K; x and y are the same form except for products of inertia."""
 
     weight: Expr
     x: Form
@@ -356,7 +356,7 @@ class Square(NamedTuple):
 
 
 def squares(derived: Derived, e: Embedding) -> Solved:
-    """u̇ from the sum of squares, without the reactions; what is divided by is not watched yet."""
+    """u̇ by the form of squares, without reactions and without guards of divisors."""
     every, active = _of_one_speed(derived, e)
     by_speed: dict[Expr, Expr] = dict(zip(derived.speeds, every, strict=True))
     known = derived.kinematics.with_following(e.following(derived.speeds), {})
@@ -379,7 +379,7 @@ def _value(x: Form, by: Mapping[Expr, Expr]) -> Expr:
 
 
 def _merged(found: Iterator[Square]) -> list[Square]:
-    """Those that are multiples of each other by parameters, as one."""
+    """The terms, with multiples of the same form by parameters joined."""
     weights: dict[tuple[tuple[tuple[Expr, Expr], ...], ...], Expr] = {}
     for w, x, y in found:
         (a, x_), (b, y_) = _normed(x), _normed(y)
@@ -389,7 +389,7 @@ def _merged(found: Iterator[Square]) -> list[Square]:
 
 
 def _normed(x: Form) -> tuple[Expr, Form]:
-    """A parameter and the rest."""
+    """A factor of parameters of a form, and the form divided by it."""
     if len(x) == 1:
         ((u, c),) = x.items()
         if is_constant_in_time([c]):
@@ -398,7 +398,7 @@ def _normed(x: Form) -> tuple[Expr, Form]:
 
 
 def _squares(derived: Derived, e: Embedding) -> Iterator[Square]:
-    """Those of each part, its velocity along the frame in which it is shortest beside those before."""
+    """The terms of each part, its velocity along the frame in which it adds the fewest operations to the preceding terms."""
     speeds: Sequence[Expr] = derived.speeds
     given = [derived.constraints.a.rows[r] for r in e.partition.rows]
     rows = [{u: a for u, a in zip(speeds, row, strict=True) if a is not ZERO} for row in given]
@@ -426,7 +426,7 @@ def _shortest(ways: Sequence[list[Form]], seen: Sequence[Expr]) -> list[Form]:
 
 
 def _frames(derived: Derived, m: Moving) -> list[Basis]:
-    """Those that the partial velocities are written along, and the body's."""
+    """The frames of the partial velocities, and the body's frame."""
     found = [f for v in m.center.partials.values() for f, _ in v.parts]
     if m.part.frame is not None:
         found.append(derived.kinematics.aligned.rates(m.part.frame)[0])
@@ -434,7 +434,7 @@ def _frames(derived: Derived, m: Moving) -> list[Basis]:
 
 
 def _forms(motion: Motion, frame: Basis) -> list[Form]:
-    """The measure numbers of a velocity along a frame."""
+    """The measure numbers of a velocity along a frame, as forms in speeds."""
     forms: list[Form] = [{}, {}, {}]
     for u, v in motion.partials.items():
         if isinstance(u, AuxiliarySpeed):
@@ -446,7 +446,7 @@ def _forms(motion: Motion, frame: Basis) -> list[Form]:
 
 
 def _without_vanishing(x: Form, rows: Sequence[Form], zero: set[Expr]) -> Form:
-    """x without what constraints say is zero."""
+    """The form x without combinations that constraints make zero."""
     for row in rows:
         for join in (sub, add):
             less = {u: join(x.get(u, ZERO), row.get(u, ZERO)) for u in {**x, **row}}

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""u̇ under constraints by recursion: one more way to the base for each of them, and a block as large as they are many.
+"""Trees closed by constraints (Featherstone 2008, ch. 8): u̇ by recursion on the tree, and m × m equations for m multipliers λ.
 
 With u̇° of the tree without constraints, A u̇ + Ȧ u + ḃ = 0 and M (u̇ − u̇°) = Aᵀ λ,
 
     A M⁻¹ Aᵀ λ = −(A u̇° + Ȧ u + ḃ),      (A M⁻¹ Aᵀ)_rs = Σ_k e_rk e_sk / D_k,
 
-with the shares e that a row of A, pressing on the freedoms, has of their pivots D on the way to the base. Neither M nor A_n is needed,
-and what is divided by vanishes where rows of A depend on each other alone.
+where e_r are the right-hand sides after an inward sweep with row r of A as force, and D the pivots of the joint speeds. Neither M nor
+A_n is formed, and the determinant of the equations vanishes only if rows of A are linearly dependent.
 
-Of a constraint with places, Σ F·v + Σ T·ω + … = 0, the forces act where they stand, and the second rate is
+For a constraint with known points of application, Σ F·v + Σ T·ω + … = 0, the forces act at these, and its second derivative is
 
     Σ F·a + Σ T·α + Σ Ḟ·v + Σ Ṫ·ω + …
 
-with the accelerations of the segments, in a number of operations that grows as the tree does. Any other is a row of A u + b = 0: the
-generalized forces are those of A, the second rate is A u̇ + Ȧ u + ḃ.
+with the accelerations of the segments, in O(n) operations. Any other constraint is a row of A u + b = 0, with generalized forces Aᵀ
+and the second derivative A u̇ + Ȧ u + ḃ.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -41,7 +41,7 @@ from kane.tree.values import SpatialForce
 
 @dataclass(frozen=True, eq=False)
 class TreeConstraints:
-    """The constraints of a tree that would move without them as what is `freed` does."""
+    """The constraints of a tree; `freed` is the tree without them, by the ABA or the CRBA."""
 
     derived: Derived
     segments: Segments
@@ -50,11 +50,11 @@ class TreeConstraints:
     ground: Triple
 
     def placed(self, rows: Iterable[int]) -> Collection[int]:
-        """Those that act where they stand."""
+        """The rows whose forces act at points fixed in segments."""
         return {r for r in rows if stands(self.derived.constraints.constraints[r], self.segments)}
 
     def row(self, r: int) -> tuple[Pressed, Expr]:
-        """What the unit of a multiplier presses with, and the second rate with the accelerations that the tree has without it."""
+        """The effect of a unit multiplier on the elimination, and the second derivative of the constraint at u̇° of the free tree."""
         c = self.derived.constraints.constraints[r]
         return self._standing(c) if stands(c, self.segments) else self._general(r)
 
@@ -89,24 +89,24 @@ class TreeConstraints:
         return total
 
     def _acceleration(self, p: Placed) -> Triple:
-        """a of the point, with that of the ground."""
+        """The acceleration of the point, with that of the ground included."""
         home = self.tree.home[p.segment]
         alpha, a = (self.tree.along_b(p.segment, v) for v in self.freed.motion[home])
         swung = centripetal(self._omega(p.segment), p.r, self.freed.moving[home].square)
         return summed(a, summed(cross3(alpha, p.r), swung))
 
     def _omega(self, step: int) -> Triple:
-        """ω along B."""
+        """ω of a step, along B."""
         return self.tree.along_b(step, self.freed.moving[self.tree.home[step]].w)
 
     @cached_property
     def _velocities(self) -> list[Triple]:
-        """v of the origins along B, by step."""
+        """The velocities of the origins, along B, by step."""
         found = velocities(self.tree.segments, self.freed.moving)
         return [self.tree.along_b(step, found[home]) for step, home in enumerate(self.tree.home)]
 
     def _pressed(self, forces: Mapping[int, Expr], loads: Mapping[int, SpatialForce]) -> Pressed:
-        """What these wrenches, along B, press with."""
+        """The effect of generalized forces and of wrenches, along B, on the elimination."""
         return self.freed.press(forces, {self.tree.home[i]: self.tree.wrench(i, w) for i, w in loads.items()})
 
     def _general(self, r: int) -> tuple[Pressed, Expr]:
@@ -122,11 +122,11 @@ class TreeConstraints:
 
 
 def _known(f: Expr, rate: Expr) -> dict[Expr, Expr]:
-    """The rate of a constraint's f, which may stand in what its power leaves of that rate; a sign is no part of what is shared."""
+    """f, or −f if f is a negation, with its derivative, to be reused where f occurs in the constraint's own rate."""
     return {f.args[0]: neg(rate)} if f.op is NEG else {f: rate}
 
 
 def products(d: Sequence[Expr], forces: Sequence[Pressed]) -> list[list[Expr]]:
-    """A M⁻¹ Aᵀ, of the pivots D and what the units of multipliers press with."""
+    """A M⁻¹ Aᵀ (m × m), from the pivots D and the effects of unit multipliers."""
     over = [[x if x is ZERO else div(x, p) for x, p in zip(each.shares, d, strict=True)] for each in forces]
     return [[dot(each.shares, y) for y in over] for each in forces]

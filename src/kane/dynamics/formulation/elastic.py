@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Flexible bodies along a tree: the rates by which they deform, the loads on these alone, and what their link feels of their parts.
+"""Flexible bodies on a tree (Shabana 2013, ch. 5): elastic coordinates, generalized forces on them, and spatial inertias of parts.
 
-A point that moves along inertial axes by such rates has partial velocities for them alone: what acts on it is a generalized force, and
-no segment of the tree.
+A point that moves along inertial axes by elastic coordinates alone has partial velocities for these alone: its loads are generalized
+forces on them and need no segment of the tree.
 
-Of parts that share their momenta, with places d_k in the link, masses μ_kl of their velocities, p_k = Σ_l μ_kl d_l, w_k = Σ_l μ_kl and
-partial places ∂_j d_k by the rates that move them,
+Parts whose momentum is shared, at positions d_k in the link, with masses μ_kl, p_k = Σ_l μ_kl d_l, w_k = Σ_l μ_kl and derivatives
+∂_j d_k by the elastic coordinates, have the inertia
 
     J = Σ (d_k·p_k 1 − p_k d_k),   n_j = Σ p_k × ∂_j d_k,   f_j = Σ w_k ∂_j d_k,   m_ij = Σ μ_kl ∂_i d_k·∂_j d_l
 
-and at no acceleration, with P_k = ω × (ω × p_k) + 2 ω × ṗ_k + p̈_k, the moment Σ d_k × P_k, the force of the same with Σ w_k d_k, and
-e_j = Σ ∂_j d_k·P_k.
+and at zero acceleration, with P_k = ω × (ω × p_k) + 2 ω × ṗ_k + p̈_k, the moment Σ d_k × P_k, the force by the same formula with
+Σ w_k d_k in the place of p_k, and the forces e_j = Σ ∂_j d_k·P_k on the elastic coordinates.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -36,7 +36,7 @@ Rows = Sequence[Mapping[int, Expr]]
 
 
 class SharedMomenta(NamedTuple):
-    """Places along B with what they move by, their μ by number, and w."""
+    """Parts with shared momentum: positions along B with their rates, the masses μ by number, and w."""
 
     places: Sequence[Triple]
     moves: Sequence[Shift]
@@ -46,13 +46,13 @@ class SharedMomenta(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bent:
-    """The parts that share momenta, by segment, and the generalized forces on rates."""
+    """The parts with shared momentum, by segment, and the generalized forces on elastic coordinates."""
 
     bodies: Mapping[int, SharedMomenta]
     forces: Mapping[Expr, Expr]
 
     def elastic(self, i: int, rates: Sequence[Expr]) -> Elastic:
-        """What of this a segment feels whose parts move by these rates, along B."""
+        """The spatial inertia of segment i's flexible parts as a function of ω and ω·ω, along B, with the forces on `rates`."""
         pressed = {b: Column(force=neg(self.forces[b])) for b in rates if b in self.forces}
 
         def felt(w: Triple, square: Expr) -> SpatialInertia:
@@ -65,7 +65,7 @@ class Bent:
 def bending_bodies(
     derived: Derived, found: Segments, links: Sequence[Link], rates: Collection[Expr]
 ) -> dict[int, SharedMomenta]:
-    """The parts that share momenta, by the segment that they move in, and move by these rates there."""
+    """The parts with shared momentum, by the segment in which they move by `rates`."""
     stages, bodies = Stages(derived.kinematics, rates), dict[int, SharedMomenta]()
     for number, link in zip(found.ends, links, strict=True):
         parts = [each for each in link.parts if each.part.momenta]
@@ -92,7 +92,7 @@ def _masses(parts: Sequence[Carried]) -> Rows:
 
 
 def felt_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
-    """The inertia of these parts about the origin, and what is there at no acceleration, at the angular velocity ω."""
+    """The spatial inertia of the parts about the origin, with the wrench and forces at zero acceleration, at angular velocity ω."""
     places, moves = body.places, body.moves
     p = [_weighed(row, lambda k: places[k]) for row in body.masses]
     rows = [[ZERO] * 3 for _ in range(3)]
@@ -120,7 +120,7 @@ def felt_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
 
 
 def _entries(body: SharedMomenta, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:
-    """What the partial place v of part k has of m, by the other rate."""
+    """The entries m_ij of part k with v = ∂_i d_k, by the rate j."""
     found: dict[Expr, Expr] = {}
     for other, mass in body.masses[k].items():
         for rate, x in body.moves[other].shared:
@@ -129,7 +129,7 @@ def _entries(body: SharedMomenta, k: int, v: Triple) -> Iterator[tuple[Expr, Exp
 
 
 def _weighed(row: Mapping[int, Expr], what: Callable[[int], Triple]) -> Triple:
-    """Σ μ v."""
+    """Σ_l μ_kl v_l of a row of μ and vectors `what`."""
     total = NOTHING
     for k, mass in row.items():
         total = summed(total, times(mass, what(k)))
@@ -137,7 +137,7 @@ def _weighed(row: Mapping[int, Expr], what: Callable[[int], Triple]) -> Triple:
 
 
 def _swung(body: SharedMomenta, row: Mapping[int, Expr], w: Triple, square: Expr) -> Triple:
-    """ω × (ω × p) + 2 ω × ṗ + p̈."""
+    """P_k = ω × (ω × p) + 2 ω × ṗ + p̈ with p = Σ_l μ_kl d_l."""
     p = _weighed(row, lambda k: body.places[k])
     change = _weighed(row, lambda k: body.moves[k].total)
     drift = _weighed(row, lambda k: body.moves[k].drift)
@@ -145,12 +145,12 @@ def _swung(body: SharedMomenta, row: Mapping[int, Expr], w: Triple, square: Expr
 
 
 def shared_rates(derived: Derived) -> tuple[Expr, ...]:
-    """The rates by which flexible bodies deform."""
+    """The rates of the elastic coordinates."""
     return tuple(rate for body in deforming(derived.system.bodies) for rate in body.speeds.values())
 
 
 def bent_frames(derived: Derived) -> list[Frame]:
-    """The frames of torques that turn by deformation alone in the frame before: links for them are between others."""
+    """The frames with torques that rotate relative to their parents by deformation alone, and need links."""
     rates = shared_rates(derived)
     frames = dict.fromkeys(f for load in derived.declared_loads for f, _ in load.torques) if rates else {}
     pairs = [(f, f.parent) for f in frames if f.parent is not None]
@@ -163,7 +163,7 @@ def _by_deformation(moved: Sequence[Expr], rates: Sequence[Expr]) -> bool:
 
 
 def gauged(derived: Derived) -> tuple[list[tuple[Point, Vector]], dict[Expr, Expr]]:
-    """The forces of the loads, without those on points that move by the deformation alone; these as generalized forces on rates."""
+    """The forces of loads, except on points that move by deformation alone, and those as generalized forces by rate."""
     forces = [x for load in derived.declared_loads for x in load.forces]
     rates, aligned = shared_rates(derived), derived.kinematics.aligned
     if not rates:
@@ -180,7 +180,7 @@ def gauged(derived: Derived) -> tuple[list[tuple[Point, Vector]], dict[Expr, Exp
 
 
 def _columns(derived: Derived, point: Point, rates: Sequence[Expr]) -> dict[Expr, Triple] | None:
-    """The partial velocities of a point that moves along inertial axes by rates of deformation alone; None for others."""
+    """The partial velocities of a point that moves along inertial axes by elastic coordinates alone; None of another point."""
     parent, inertial = point.parent, derived.system.inertial
     if point.body is not None or parent is None or parent.parent is not None:
         return None

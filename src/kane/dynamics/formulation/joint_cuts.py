@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where reactions by name cross a tree: the link whose joint alone transmits what the auxiliary speed of each does work on.
+"""Joint cuts: the link whose joint transmits the constraint wrench that a reaction, with its auxiliary speed, brings into evidence.
 
-A cut at a point parts the tree where what is reached through the point is a link with all that hangs on it, a cut of a frame where
-what turns with it is: the auxiliary speed moves that as one, by v = n or by ω = n about the link's origin. Other cuts, of frames that
-others do not follow, are found by partial velocities as on the classical route.
+A cut at a point, or of a frame, parts the tree if its far side is one link with all its descendants: the auxiliary speed then moves
+this subtree as a rigid body, by v = n or by ω = n about the link's origin. Reactions at other cuts are found by partial velocities,
+as in the classical formulation.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,7 +30,7 @@ Transmitted = Mapping[int, SpatialForce]
 
 
 class ReactionDirection(NamedTuple):
-    """A reaction's direction along A of the segment that feels it, as a moment about the link's origin at `arm` or as a force."""
+    """A reaction's direction along A of the far segment: of a moment about the link's origin at `arm`, or of a force."""
 
     segment: int
     along: Triple
@@ -38,7 +38,7 @@ class ReactionDirection(NamedTuple):
     arm: Triple
 
     def measured(self, transmitted: Transmitted) -> Expr:
-        """What is transmitted along it."""
+        """The component of the transmitted wrench along the direction."""
         n, f = transmitted[self.segment]
         if not self.turning:
             return dot(self.along, f)
@@ -49,9 +49,9 @@ class ReactionDirection(NamedTuple):
 def parted(
     derived: Derived, points: Iterable[Point], frames: Iterable[Frame] = ()
 ) -> tuple[Tree, list[int | None] | None]:
-    """The tree, with the places of `points` and links for `frames`, and the links that reactions part from the rest.
+    """The tree with the places of `points` and links for `frames`, and the root link of each reaction's far side.
 
-    Of these there is None where some part nothing, as those of constraints. What is rigid beyond a cut is a link of its own.
+    That list is None if the far side of some reaction is not a subtree. A body fixed beyond a cut becomes a separate link.
     """
     aligned, wanted, turning = derived.kinematics.aligned, tuple(points), tuple(frames)
     tree = tree_of(derived.system, aligned, wanted, frames=turning)
@@ -64,7 +64,7 @@ def parted(
 
 
 def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None]:
-    """The same, with loads on the far side where they are: a point that coincides with the origin there may be of the link before."""
+    """The tree with points at the origin of a cut link assigned to the side of the cut that they are on, and the root links."""
     places, found = tree.places, list[int | None]()
     for a in derived.auxiliary_speeds:
         cut = cut_of(a)
@@ -88,7 +88,7 @@ def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None
 
 
 def _reaches_out(derived: Derived, a: AuxiliarySpeed, root: int, links: Sequence[Link], places: Places) -> bool:
-    """Whether the auxiliary speed of a frame moves what does not hang on the link, as a mass centre of several bodies."""
+    """Whether the auxiliary speed of a frame moves points that are not in the link's subtree, as a mass centre of several bodies."""
     inside, motion = _subtree(root, links), derived.kinematics.point
     outside = [p for p, (link, _) in places.items() if not inside[link]]
     outside += [part.mass_center for k, link in enumerate(links) if not inside[k] for part, _ in link.parts]
@@ -96,7 +96,7 @@ def _reaches_out(derived: Derived, a: AuxiliarySpeed, root: int, links: Sequence
 
 
 def _moved(at: Point, root: int, links: Sequence[Link], places: Places) -> Places | None:
-    """The places with points beyond a cut on the far side; None where some are elsewhere."""
+    """The places with points beyond the cut assigned to the far link; None if such a point is not in its subtree."""
     inside, result = _subtree(root, links), dict(places)
     for point, (link, arm) in places.items():
         beyond = at in point.ancestry()
@@ -109,7 +109,7 @@ def _moved(at: Point, root: int, links: Sequence[Link], places: Places) -> Place
 
 
 def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool:
-    """Whether an arm in the link before, or in another that slides in it as this one does, leads to the origin of a link."""
+    """Whether an arm in a link's parent, or in another link that slides in it in the same way, ends at the link's origin."""
     before = links[root].parent
     if link != before and links[link].parent == before and not links[link].parts:
         link, arm = before or 0, links[link].offset + arm
@@ -117,7 +117,7 @@ def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool
 
 
 def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> list[ReactionDirection | None]:
-    """The crossings of the auxiliary speeds, in their order."""
+    """The direction of each auxiliary speed's reaction in the segments, in order; None for those without a root link."""
     result: list[ReactionDirection | None] = []
     for a, root in zip(derived.auxiliary_speeds, roots, strict=True):
         cut = cut_of(a)
@@ -135,7 +135,7 @@ def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments)
 
 
 def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:
-    """How many bodies of each link are on the far side; None where that is not told by links."""
+    """The number of bodies of each link on the far side; None if it is not determined by links."""
     at = cut.at
     if isinstance(at, Point):
         return [sum(at in part.mass_center.ancestry() for part, _ in link.parts) for link in links]
@@ -148,7 +148,7 @@ def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:
 
 
 def ancestry(frame: Basis) -> Iterator[Basis]:
-    """The frame, its parent, … up to the root: also those that a rotation about one axis with others passes over."""
+    """The frame, its parent, … up to the root, including frames that a chain of coaxial rotations leaves out of the lineage."""
     f: Basis | None = frame
     while f is not None:
         yield f
@@ -156,7 +156,7 @@ def ancestry(frame: Basis) -> Iterator[Basis]:
 
 
 def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
-    """The links that have, with all that hangs on each, the bodies of the far side and no others."""
+    """The links whose subtrees contain exactly the bodies of the far side."""
     far = _far(cut, links, aligned)
     beyond, every = list(far or ()), [len(link.parts) for link in links]
     if not any(beyond):
@@ -170,7 +170,7 @@ def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
     if not whole or isinstance(cut.at, Point):
         return whole
     root = links[whole[-1]]
-    above = links[root.parent or 0].basis  # where that turns, too, it is about an origin elsewhere
+    above = links[root.parent or 0].basis  # if the parent rotates too, it does so elsewhere
     elsewhere = not root.offset.is_zero and cut.at in ancestry(aligned.owners.get(above, above))
     return [] if elsewhere else whole[-1:]
 

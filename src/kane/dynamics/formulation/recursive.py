@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recursive routes: u̇ of trees by articulated inertias, or by composite ones, and of those that constraints close (`closed`).
+"""Recursive formulations: u̇ by the articulated-body or the composite-rigid-body algorithm, of trees and of trees with constraints.
 
-Joint speeds are combinations of the generalized
-speeds, one after the other: rates, sums and differences of rates, measure numbers of ω and v of a body in the one before; else rates
-of coordinates, of which u̇ follows by the definitions of the speeds. M and f are assembled when they are read.
+Joint speeds are constant combinations of the generalized speeds: rates, sums and differences of rates, measure numbers of ω and v of
+a body relative to its parent; else rates of coordinates, from which u̇ follow by the definitions of the speeds. M and f are assembled
+only when read. `closed` has the equations of constraints.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -61,7 +61,7 @@ WAYS: Mapping[str, type[Articulated] | type[Composite]] = {"recursive": Articula
 
 
 def recursions(derived: Derived, partition: Partition | None) -> Iterator[Solved]:
-    """The solutions by the recursions that may be the shortest, as far as the system is a tree, or one that constraints close."""
+    """The solutions by the recursions that may be the shortest; none if the system is not a tree, possibly with constraints."""
     try:
         carried = carrying(derived, shared=True)
         for route in _worth_trying(derived, carried, closed=partition is not None):
@@ -71,8 +71,8 @@ def recursions(derived: Derived, partition: Partition | None) -> Iterator[Solved
 
 
 def _worth_trying(derived: Derived, carried: "Carrying", *, closed: bool) -> Iterable[str]:
-    """The recursions: one alone where the branches are long, joints tell what they transmit, or parallel axes are closed."""
-    crossed = derived.reactions and carried.crossings is not None  # the other way does not tell that
+    """The names of the recursions to try: one alone for long branches, transmitted wrenches, or closed chains of parallel axes."""
+    crossed = derived.reactions and carried.crossings is not None  # the CRBA computes no transmitted wrenches
     steps = carried.segments.steps
     bent = any(step.modes for step in steps)
     both = len(derived.speeds) < BENT if bent else depth(steps) <= _BRANCH
@@ -81,7 +81,7 @@ def _worth_trying(derived: Derived, carried: "Carrying", *, closed: bool) -> Ite
 
 
 def depth(steps: Sequence[JointStep]) -> float:
-    """The joint speeds from the ground to one, on average: about how many entries a row of M has."""
+    """The mean number of joint speeds on the path from the ground to a joint speed, about the nonzero entries in a row of M."""
     ways: list[int] = []
     total = count = 0
     for i, step in enumerate(steps):
@@ -92,27 +92,27 @@ def depth(steps: Sequence[JointStep]) -> float:
 
 
 class Carrying(NamedTuple):
-    """The segments with what they carry."""
+    """The segments of a tree with their bodies, loads, flexible parts, reactions and reflected inertias."""
 
     segments: Segments
     bodies: Sequence[Rigid]
     loads: Wrenches
     bent: Bent
     crossings: Sequence[ReactionDirection | None] | None
-    """Where the reactions cross, where that is told by segments; those of constraints do nowhere."""
+    """The directions of the reactions at joint cuts, None of those of constraints; None if some cut is not at a joint."""
     reflected: Mapping[int, Reflected]
-    """What bodies that turn or slide in the ground as joints do add to the equations of these, by number of the joint speed."""
+    """The reflected inertias of geared bodies, by number of the joint speed."""
 
     @property
     def asked(self) -> set[int]:
-        """The segments that reactions cross into."""
+        """The segments beyond joint cuts, whose transmitted wrenches are needed."""
         return {c.segment for c in self.crossings or () if c is not None}
 
     def tree(self, *, balanced: bool, asked: Collection[int] = (), at_any_price: bool = True) -> JointTree:
-        """The tree with bodies regrouped, but not across the joints whose wrenches are asked for.
+        """The tree with bodies regrouped, but not across the joints of `asked`, whose wrenches are needed.
 
-        Between parallel axes that makes all shorter. Elsewhere it saves a few operations with the state for each body, by others of
-        parameters alone: `at_any_price`, or where these are as few.
+        Between parallel axes regrouping shortens all equations. Elsewhere it saves a few operations per body and adds others of
+        parameters alone: it is done `at_any_price`, or if these are few.
         """
         steps = self.segments.steps
         elastic = {
@@ -129,9 +129,9 @@ class Carrying(NamedTuple):
 
 
 def carrying(derived: Derived, *, shared: bool = False) -> Carrying:
-    """The segments of a tree; Unsuited, with what is in the way, where it is none of those.
+    """The segments of a tree with what they carry. Unsuited, with the reason, if the system is not a tree of joint speeds.
 
-    Trees with coordinates that several bodies share, flexible or turned by gears, are left to other routes unless `shared`.
+    Coordinates that move several bodies, of flexible bodies or gears, are Unsuited too unless `shared`.
     """
     rates = shared_rates(derived)
     if rates and not shared:
@@ -155,10 +155,10 @@ _Found = tuple[Segments, Exprs, Geared, Mapping[int, Reflected]]
 
 
 def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool, kept: Collection[int]) -> _Found:
-    """The segments, the rates that move several, the links that are no segments, and what these reflect to joints, by number.
+    """The segments, the rates that move several of them, the links without segments, and reflected inertias by number.
 
-    Where joints share coordinates, what turns or slides in the ground alone is reflected to the joints that it is geared to, but for
-    the links that are `kept`; what is left of the sharing moves several segments as flexible bodies do.
+    If joints have coordinates in common, bodies geared to a joint are reflected to it, except the links `kept`; coordinates that are
+    still in several joints are treated as elastic coordinates.
     """
     try:
         return segments(tree, derived.kinematics, rates), rates, {}, {}
@@ -179,7 +179,7 @@ def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool, kept: Co
 
 
 class _Accelerated(NamedTuple):
-    """What passes, with the multipliers λ of the rows that constraints hold, the pivots of these and their sizes."""
+    """The result of the recursion, with the multipliers λ of constraint rows, the pivots of their equations and the pivots' sizes."""
 
     passed: Passed
     transmitted: Mapping[int, SpatialForce]
@@ -191,9 +191,9 @@ class _Accelerated(NamedTuple):
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str, partition: Partition | None = None) -> Solved:
-    """u̇ of a tree, which constraints may close, with the reactions where joints transmit these and the way tells what is.
+    """u̇ of a tree, possibly with constraints, by the recursion `route`; also the reactions, if it computes transmitted wrenches.
 
-    Unsuited, with what is in the way, where it is none.
+    Unsuited, with the reason, if the system is not such a tree.
     """
     if route != "recursive" or carried.crossings is None:
         if holds_reactions(derived):
@@ -238,7 +238,7 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
 
 
 def _felt(derived: Derived, across: Sequence[ReactionDirection | None], whole: _Accelerated) -> list[Expr]:
-    """What G_a R are: what is transmitted, less what the constraints exert on the far side."""
+    """G_a R by reaction: the transmitted component, less that of the constraint forces on the far side."""
     result = []
     for a, crossing in enumerate(across):
         total = ZERO if crossing is None else crossing.measured(whole.transmitted)
@@ -250,7 +250,7 @@ def _felt(derived: Derived, across: Sequence[ReactionDirection | None], whole: _
 
 
 def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
-    """The solution with R of G_a R = `transmitted`, which is affine in R where loads hold reactions, as u̇ is then."""
+    """The solution with R from G_a R = `transmitted`; both this and u̇ are affine in R if loads depend on reactions."""
     reactions = found.derived.reactions
     forms = affine_forms(transmitted, reactions)
     held = Matrix([[c.get(r, ZERO) for r in reactions] for c, _ in forms])
@@ -264,7 +264,7 @@ def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
 
 
 def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> bool:
-    """Whether no pivot is zero but for rounding, at one of several samples."""
+    """Whether all pivots are nonzero beyond rounding at one of several random states."""
     groups = [s.coordinates for s in sets]
     symbols = [s for s in nodes(pivots) if isinstance(s, Symbol)]
     at = unit({s: value_of(s, SEEDS[0]) for s in symbols}, groups)
@@ -274,7 +274,7 @@ def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> 
 
 
 def keep_digits(pivots: Sequence[Expr], values: Mapping[Expr, float], groups: Iterable[Sequence[Expr]] = ()) -> bool:
-    """Whether all pivots keep their first digits a little beside a place, as what rounding left of one that vanishes does not."""
+    """Whether all pivots change little under a small change of `values`; the rounding residue of a vanishing pivot does not."""
     walk = Walk(pivots)
     others = draws(_TIMES, walk.symbols)
     beside = {s: values[s] * (1 + _BESIDE * drawn) for s, drawn in zip(walk.symbols, others, strict=True)}

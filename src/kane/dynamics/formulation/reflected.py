@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies in the ground that turn or slide with a joint elsewhere, as the rotor of a motor or a counterweight.
+"""Reflected inertia (Featherstone 2008, sec. 9.6) of bodies geared to a joint, as the rotor of a motor or a counterweight.
 
-What moves in the ground by the rate of one joint speed w alone, at a constant ratio, along a line or about an axis through its mass
-centre, has the kinetic energy a w² / 2 with a constant a, and no other joint feels it: a is reflected to the joint (Featherstone 2008,
-sec. 9.6), which need not share its coordinate then.
+A body that moves in the ground at a constant ratio to one joint speed w, along a line or about an axis through its mass centre, has
+the kinetic energy a w² / 2 with constant a, and affects no other joint: a is added to M at that joint speed, and the body is no
+segment of the tree.
 """
 
 from collections import Counter
@@ -27,7 +27,7 @@ from kane.tree.values import Reflected
 
 
 class _Turn(NamedTuple):
-    """The basis and the rate by which a body in the ground moves, and what is reflected to a joint that moves by it."""
+    """The basis and the rate of a body that moves in the ground, and the inertia reflected to a joint with that rate."""
 
     basis: Basis
     rate: Expr
@@ -35,11 +35,11 @@ class _Turn(NamedTuple):
 
 
 Geared = Mapping[int, _Turn]
-"""Links that move in the ground by rates of joints elsewhere, by number."""
+"""Links, by number, that move in the ground by rates of other joints."""
 
 
 def geared_to_ground(derived: Derived, tree: Tree, kept: Collection[int]) -> Geared:
-    """The links that turn or slide so, with torques but without forces, reactions and constraints; none of those that are `kept`."""
+    """The links geared to other joints that have no children, forces, reactions or constraints, except those `kept`."""
     busy = {*kept, *(number for number, _ in tree.places.values()), *(link.parent for link in tree.links)}
     rates, count = derived.kinematics.aligned.rates, Counter(link.basis for link in tree.links)
     torques: dict[Basis, list[Vector]] = {}
@@ -60,7 +60,7 @@ def geared_to_ground(derived: Derived, tree: Tree, kept: Collection[int]) -> Gea
 
 
 def _turning(derived: Derived, inertias: Inertias, link: Link, torques: Iterable[Vector]) -> _Turn | None:
-    """How a link in the ground moves, if that is by one rate about a fixed axis through its mass centre, and along a fixed line."""
+    """The motion of a link by one rate, about a fixed axis through its mass centre and along a fixed line; None of another motion."""
     if any(part.momenta for part, _ in link.parts):
         return None
     slide = link.offset.map(time_derivative).components(derived.system.inertial)
@@ -82,7 +82,7 @@ def _turning(derived: Derived, inertias: Inertias, link: Link, torques: Iterable
 
 
 def reflected_to_joints(derived: Derived, segments: Segments, geared: Geared) -> Mapping[int, Reflected]:
-    """What is reflected to joint speeds, by number; nothing where a rate is that of no joint speed at a constant ratio."""
+    """The reflected inertias by number of the joint speed; empty if a rate is not in constant ratio to any joint speed."""
     rows = [f.row for step in segments.steps for f in (*step.slide.freedoms, *step.spin.freedoms)]
     result: dict[int, Reflected] = {}
     for turn in geared.values():

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The routes by name, and the search for the shortest of them.
+"""The formulations by name (`route`), and the search for the one with the fewest operations.
 
-Of the `candidates` the shortest is taken that divides by nothing of W by which the classical route does not. One price,
-`kane.expr.evaluation.price`, compares them all. Candidates are priced by q̇ and u̇ of the independent speeds first; few are
-followed to the other accelerations, and to the reactions.
+The shortest of the `candidates` is taken that adds no divisor of W to those of the classical formulation. All are compared by
+`kane.expr.evaluation.price`: first of q̇ and u̇ of the independent speeds; the other accelerations and the reactions are derived for
+the few cheapest.
 
-Recursions are tried of trees from a few bodies on, and from one more on alone. There they are shorter and sooner found, and M
-and f are assembled when they are read. Of trees that constraints close they are tried from a few bodies more on, and alone where
-there are many freedoms for each constraint.
+Recursions are tried for trees of a few bodies, and used alone from one more body on, where they are shorter and derived faster; M and
+f are then assembled only when read. For trees with constraints both numbers are larger, and recursions are used alone if there are
+many speeds per constraint.
 
-Loads along what constraints hold contribute nothing: u̇ is solved without them, so that none of them is left there to cancel. A
-force X e on a particle whose velocity along e is given, or X e and −X e on two that have it in common, is part of what holds them
-(Kane & Levinson 1985, sec. 4.5). Without it λ + X takes the place of the multiplier λ, and nothing else changes.
+Noncontributing loads along constraint forces are left out before u̇ is solved for, so that they need not cancel. A force X e on a
+particle whose velocity along e is prescribed, or X e and −X e on two particles with equal velocities along e, contributes nothing
+(Kane & Levinson 1985, sec. 4.5). Without it the multiplier is λ + X, and nothing else changes.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -68,37 +68,37 @@ from kane.space.rotation import UNITS, Basis, single
 from kane.space.vector import Vector
 
 _TREE, _GROWN = 5, 6
-"""Bodies from which on recursions are tried, and from which on nothing else is."""
+"""The numbers of bodies from which on recursions are tried, and from which on they are used alone."""
 _LOOP, _WIDE, _SPEEDS_A_ROW = 6, 12, 3
-"""The same under constraints, the latter with so many speeds for each row."""
+"""The same with constraints; the third is the number of speeds per row for recursions alone."""
 
 
 def recursive(derived: Derived, partition: Partition | None) -> list[Solved]:
-    """The solutions by recursion, of trees large enough or flexible, that divide by nothing of W by which velocities do not."""
+    """The solutions by recursion, of large or flexible trees, whose divisors of W are those of velocities alone."""
     if len(derived.inertias) < (_TREE if partition is None else _LOOP) and not deforming(derived.system.bodies):
         return []
     return [_finished(derived, s) for s in recursions(derived, partition) if has_no_poles(derived, s)]
 
 
 def _finished(derived: Derived, s: Solved) -> Solved:
-    """With the reactions, and guards or short q̇."""
+    """The solution with reactions, and with guards or short q̇."""
     whole = tree_with_reactions(derived, s)
     return with_half_speeds(whole) if s.embedding is None else whole.guarded()
 
 
 def has_no_poles(derived: Derived, s: Solved) -> bool:
-    """Whether it divides by nothing of W by which velocities do not."""
+    """Whether the divisors of W in a solution are those of velocities alone."""
     return Poles(lambda: _of_velocities(derived)).fewer(derived, s.accelerations)
 
 
 def _of_velocities(derived: Derived) -> set[Expr]:
-    """What partial velocities of bodies divide by, and with them every route."""
+    """The divisors of the partial velocities of bodies, which every formulation has."""
     motions = [m for b in derived.bodies for m in (b.center, b.rotation and b.rotation.motion) if m]
     return divisors([x for m in motions for v in m.partials.values() for x in v.scalars()])
 
 
 def is_grown(derived: Derived, partition: Partition | None) -> bool:
-    """Whether a tree has so many bodies that recursion is shorter than any M of theirs."""
+    """Whether a tree has enough bodies for recursions to be used alone."""
     if deforming(derived.system.bodies):
         return partition is None and len(derived.speeds) >= BENT
     if partition is None:
@@ -107,7 +107,7 @@ def is_grown(derived: Derived, partition: Partition | None) -> bool:
 
 
 def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
-    """A solution of a tree with the reactions."""
+    """A solution of a tree, completed by its reactions."""
     if len(s.reactions) == len(derived.reactions):
         return s
     motions = all_speeds(derived) if derived.reactions else None
@@ -129,7 +129,7 @@ def compared(found: Sequence[Solved]) -> Solved:
 
 
 def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
-    """u̇ by one of the recursions, and the reactions; a ModelError where the system is no tree of joint speeds."""
+    """u̇ and the reactions by one of the recursions. ModelError if the system is not a tree of joint speeds."""
 
     def solve(derived: Derived, partition: Partition | None) -> Solved:
         try:
@@ -147,13 +147,13 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
 
 
 _FEW = 2
-"""Candidates that are followed."""
+"""The number of candidates for which all accelerations are derived."""
 _LONG = 400
-"""Operations of q̇ and A, times the bodies, from which on rates of constraints as speeds are shorter than the classical route."""
+"""Operations of q̇ and A, times bodies, from which on rates of constraints as speeds are shorter than the classical formulation."""
 
 
 FINISHES = (with_short_quotients, with_short_rates, with_short_forms)
-"""What shortens the solution that was found, one after the other."""
+"""Functions that shorten the solution found, applied in this order."""
 
 
 def shortest(
@@ -162,7 +162,7 @@ def shortest(
     tried: Tried = TRIED,
     finishes: Sequence[Callable[[Solved], Solved]] = FINISHES,
 ) -> Solved:
-    """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
+    """u̇ and the reactions in the fewest operations; absolute rates are tried as speeds if links rotate about parallel axes."""
     found = recursive(derived, partition)
     if found and is_grown(derived, partition):
         return compared(found)
@@ -188,7 +188,7 @@ def shortest_in_given_speeds(derived: Derived, partition: Partition | None, trie
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """The candidates of a system whose dependent speeds are those of `e`, if any; `coupled` where loads hold reactions."""
+    """The candidates of a system with the embedding `e`, if any; `coupled` if loads depend on reactions."""
 
     derived: Derived
     e: Embedding | None
@@ -197,16 +197,16 @@ class _Search:
 
     @cached_property
     def usual(self) -> Candidate:
-        """The classical route."""
+        """The classical formulation."""
         solution = unguarded_classical(self.derived, None if self.e is None else self.e.partition, self.e)
         return Candidate(solution, None if self.coupled else all_speeds(self.derived))
 
     def of_usual(self) -> set[Expr]:
-        """What that divides by."""
+        """The divisors of the classical formulation."""
         return divisors((*self.usual.solution.accelerations, *self.usual.solution.reactions))
 
     def without_constraints(self) -> list[Candidate]:
-        """By velocities of the mass centre, where one body is free to translate, and assembled, unless those are short already."""
+        """Candidates by velocities of the mass centre, if the only body translates freely, and assembled unless that is short."""
         by_centre = by_mass_centre(self.derived) if "mass centre" in self.tried.speeds else None
         if by_centre is not None:
             twin, solution = by_centre
@@ -218,7 +218,7 @@ class _Search:
 
     @cached_property
     def price(self) -> Prices:
-        """Of what stands beside q̇."""
+        """The price of expressions beside q̇."""
         return Prices(self.derived.rates)
 
     def candidates(self, e: Embedding, cost: Callable[[Candidate], int]) -> tuple[list[Candidate], bool]:
@@ -271,7 +271,7 @@ class _Search:
         return [pairs[k] for k in sorted(range(len(pairs)), key=prices.__getitem__)[:_FEW]]
 
     def shortest(self) -> Solved:
-        """The shortest with its reactions, which are looked for in all ways beside the u̇ that is best with the usual ones."""
+        """The shortest solution with reactions; other forms of these are tried for the u̇ that is best with the usual form."""
         every, d, e = self.accelerations(), self.derived, self.e
         if e is not None and (not every or (d.reactions and all(c is not self.usual for c, _ in every))):
             every.append((self.usual, self.usual.solution.accelerations))
@@ -290,12 +290,12 @@ class _Search:
 
 
 Route = Callable[[Derived, Partition | None], Solved]
-"""From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""
+"""A formulation: u̇ and the reactions from a derived system and the partition of its constraints, if any."""
 Forces = dict[Point, Vector]
 
 
 def without_constraint_forces(route: Route) -> Route:
-    """The route taken with what is left of the loads."""
+    """The formulation applied to the system without loads along constraint forces."""
 
     def solved(derived: Derived, partition: Partition | None) -> Solved:
         held, loads = _forces_along_constraints(derived, partition) if partition is not None else ({}, ())
@@ -323,7 +323,7 @@ def without_constraint_forces(route: Route) -> Route:
 def _forces_along_constraints(
     derived: Derived, partition: Partition
 ) -> tuple[Mapping[Constraint, Expr], Sequence[Load]]:
-    """The loads' measure numbers along constraints that do not follow from others, and the loads without them."""
+    """The components X of loads along the forces of nonredundant constraints, and the loads without them."""
     constraints = [derived.constraints.constraints[r] for r in sorted(partition.rows)]
     loaded = _plain(derived.system.loads, {p for c in constraints for p, _ in c.forces})
     left = dict(loaded)
@@ -352,7 +352,7 @@ def _is_plain(load: Load) -> bool:
 
 
 def _plain(loads: Iterable[Load], points: set[Point]) -> Forces:
-    """The forces of plain loads at points, all of one point together."""
+    """The resultant force of plain loads at each point."""
     total: Forces = {}
     for load in loads:
         for p, v in load.forces if _is_plain(load) else ():
@@ -362,14 +362,14 @@ def _plain(loads: Iterable[Load], points: set[Point]) -> Forces:
 
 
 def _elsewhere(load: Load, points: Mapping[Point, Vector]) -> Load:
-    """The load without its forces at points that are told anew."""
+    """The load without its forces at `points`, whose resultants are given separately."""
     if not _is_plain(load) or not any(p in points for p, _ in load.forces):
         return load
     return Load(load.name, tuple((p, v) for p, v in load.forces if p not in points), load.torques)
 
 
 def _components(c: Constraint, loaded: Forces) -> tuple[Expr, Forces]:
-    """X of the forces X e, or X e and −X e, along the constraint, and what is left at its points, where that is less."""
+    """X of the forces X e, or X e and −X e, along the constraint, and the remaining forces at its points, if these are shorter."""
     places: list[tuple[Point, Basis, int, Expr]] = []
     for p, e in c.forces:
         frame, axis = e.parts[0]
@@ -391,13 +391,13 @@ def _components(c: Constraint, loaded: Forces) -> tuple[Expr, Forces]:
 
 
 def _less(v: Vector, frame: Basis, i: int, x: Expr) -> Vector:
-    """v without x along an axis, over its own frames or along that of the axis."""
+    """v minus x along axis i of a frame, written along its present frames or along that frame."""
     rest = (v - Vector(((frame, UNITS[i]),)) * x).map(collected)
     return min((rest, rest.express(frame).map(collected)), key=lambda w: _scalars([w]))
 
 
 def _scalars(vectors: Iterable[Vector]) -> tuple[int, int]:
-    """Measure numbers that there are, and what they cost."""
+    """The number of nonzero measure numbers, and their price."""
     scalars = [x for v in vectors for x in v.scalars() if x is not ZERO]
     return len(scalars), price(scalars)
 
@@ -412,11 +412,11 @@ ROUTES: dict[str, Route] = {
     **{name: forced(name) for name in WAYS},
 }
 ASKED = ("classical", *WAYS)
-"""Those that one may ask for."""
+"""The names of formulations that a user may ask for."""
 
 
 def solved(derived: Derived, partition: Partition | None, route: str = "shortest") -> Solved:
-    """u̇ and the reactions, which must be such that they can be told apart; with constraints also u_D by u_I."""
+    """u̇ and the reactions by the formulation `route`, with constraints also u_D in u_I."""
     try:
         solution = ROUTES[route](derived, partition)
     except SingularError as error:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is read off a derivation: energies, forces, steps, reactions."""
+"""Results read from a derivation: energies, contributions of forces, integrals, joint reactions, the seven steps."""

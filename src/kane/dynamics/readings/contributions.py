@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a generalized force comes from: each force with the partial velocity it meets, each body, and what contributes nothing.
+"""The terms of generalized forces: each force or torque with its partial velocity, each body, and noncontributing forces.
 
     F_r = Σ v_r·F + Σ ω_r·T,   F*_r = Σ v_r·(−m a) + Σ ω_r·(−I·α − ω × I·ω),   M_rs = Σ m v_r·v_s + ω_r·I·ω_s
 
-Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec. 4.5), each with its reason; under motion
-constraints generalized forces are the nonholonomic ones. With them the inertia force and torque of each body, R* = −m a, T* =
-−(I·α + ω × I·ω) (sec. 4.11).
+Forces in no F_r are noncontributing (Kane & Levinson 1985, sec. 4.5), each for a reason that is given; under motion constraints the
+generalized forces are the nonholonomic ones. Each body has the inertia force R* = −m a and torque T* = −(I·α + ω × I·ω) (sec. 4.11).
 
-Forces by the rates of the coordinates: Q_s = Σ F·∂v/∂q̇_s + Σ T·∂ω/∂q̇_s, so that F_r = Σ_s Q_s W_sr for any speeds.
-
-With them rows C of the constraints in the rates, C q̇ + c = 0, and the states at which both are looked at in numbers.
+The module also has generalized forces of the rates, Q_s = Σ F·∂v/∂q̇_s + Σ T·∂ω/∂q̇_s, with F_r = Σ_s Q_s W_sr for any speeds, rows C
+of the constraints C q̇ + c = 0, and sample states at which both are evaluated.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -107,14 +105,14 @@ def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[
 
 
 def _speed_named(derived: Derived, speed: Expr | str) -> Expr:
-    """The speed of the system that a symbol or name means."""
+    """The speed of the system given as a symbol or by name."""
     if speed not in derived.all_speeds:
         raise SpeedsError(f"Expected a speed of the system, one of {none_of(derived.all_speeds, speed)}")
     return derived.all_speeds[derived.all_speeds.index(speed)]
 
 
 def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:
-    """The pair ±R n: only its far side, which the auxiliary speed moves, has a partial velocity."""
+    """The contribution of the pair ±R n: only the far side, moved by the auxiliary speed, has a partial velocity."""
     here, there, held = cut_of(speed), cut_of(reaction), constraint_of(reaction)
     term = derived.pairs[speed, reaction] * reaction
     if held is not None:  # its auxiliary speed lets the constraint give way, at a place if it has any
@@ -129,7 +127,7 @@ def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:
 def _contributing(
     derived: Derived, table: Mapping[Source, Sequence[LoadTerm]], speed: Expr
 ) -> tuple[tuple[Contribution, ...], tuple[Source, ...]]:
-    """The terms that do not vanish; the sources whose terms all vanish, one by one or together."""
+    """The terms that do not vanish, and the sources whose terms vanish or cancel."""
     kept: list[Contribution] = []
     idle: list[Source] = []
     for source, terms in table.items():
@@ -144,7 +142,7 @@ def _contributing(
 
 
 def vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
-    """Whether all are zero: as they stand, or beside their terms at states drawn at random unless they switch."""
+    """Whether all expressions are zero, structurally or, without switches, beside their terms at random states."""
     left = [e for e in exprs if e is not ZERO]
     if not left:
         return True
@@ -175,7 +173,7 @@ class Noncontributing(Attributes):
 def noncontributing(solved: Solved) -> tuple[Noncontributing, ...]:
     """See Equations.noncontributing."""
     derived, speeds, e = solved.derived.as_declared, solved.independent_speeds, solved.embedding
-    if e is not None:  # with all loads: also those along what constraints hold
+    if e is not None:  # with all loads, including those along constraint forces
         known = derived.kinematics.with_following(e.following(solved.derived.speeds), {})
         derived = replace(derived, kinematics=known)
     found = []
@@ -187,7 +185,7 @@ def noncontributing(solved: Solved) -> tuple[Noncontributing, ...]:
 
 
 def _reason(derived: Derived, terms: Sequence[LoadTerm], speeds: Sequence[Expr]) -> str:
-    """Why F_r is zero for every speed, "" where it is not."""
+    """The reason why F_r is zero for every speed; "" if it is not."""
     shares = [[generalized([term], u) for u in speeds] for term in terms]
     if not vanish([sum_of(column) for column in zip(*shares, strict=True)], derived):
         return ""
@@ -219,7 +217,7 @@ _NEIGHBOURS, _STEP, _SPREAD = 4, 1e-11, 0.1
 
 
 def by_rates(derived: Derived, loads: Iterable[Load]) -> Exprs:
-    """Q, one a coordinate, Euler parameters too: of these what is along their length means nothing."""
+    """Q_s of each coordinate; for Euler parameters the component along their length is meaningless."""
     s = InRates(derived)
     return s.power_by(acting(loads), s.velocity_at_any_length)
 
@@ -231,10 +229,10 @@ def sample_points(
     *,
     varied: bool = True,
 ) -> list[Place]:
-    """Values of all symbols at a few places: those that are `known`, else drawn, on both sides of zero in every other place.
+    """Values of all symbols at a few states: those `known`, else random ones, of both signs in every other state.
 
-    Parameters are drawn too, about their defaults, unless they are not to be `varied`: what is said is said of all their values,
-    and a damping that is zero by default is damping. Sets of Euler parameters have `unit` length.
+    If `varied`, parameters are random too, about their defaults, so that conclusions hold for all of their values, even if a damping
+    is zero by default. Sets of Euler parameters have `unit` length.
     """
     symbols = free_symbols(exprs)
     starts: Sequence[Mapping[Symbol, float]] = known or [{}] * _PLACES
@@ -247,7 +245,7 @@ def sample_points(
 
 
 def states(derived: Derived, exprs: Iterable[Expr], *, varied: bool = True) -> list[Place]:
-    """`sample_points` at which Euler parameters have unit length and constraints hold, where there are any."""
+    """`sample_points` with Euler parameters of unit length that satisfy the constraints."""
     sets = [s.coordinates for s in derived.system.euler_parameters]
     if not derived.constraints.constraints:
         return sample_points(exprs, unit=sets, varied=varied)
@@ -266,7 +264,7 @@ def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> fl
 
 
 def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> Array:
-    """Values of some expressions, each place a row; NaN where they are not finite."""
+    """The values of expressions (states × expressions); NaN where they are not finite."""
     with np.errstate(all="ignore"):
         result = np.array([np.array(evaluate(list(exprs), dict(place)), dtype=float) for place in at])
     result = result.reshape(len(at), len(exprs))
@@ -275,10 +273,10 @@ def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> Array:
 
 
 def differs(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Array, Mask]:
-    """Sums of groups of terms at some places (places × groups), and where they are more than rounding leaves.
+    """The sums of groups of terms (states × groups), and where they differ from zero by more than rounding.
 
-    A sum is zero where it is a small share of its terms, or where it is another number as near by as rounding shows: what rounding
-    leaves of zero has other digits wherever it is computed.
+    A sum counts as zero if it is small beside its terms, or if it changes under a perturbation of the state within rounding, as the
+    rounding residue of zero does.
     """
     if not groups:
         return np.zeros((len(at), 0)), np.zeros((len(at), 0), dtype=bool)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Energies, power, mass centre, momenta and impulses; what the kinetic energy is made of, and the generalized inertia forces by it.
+"""Kinetic and potential energy, power, mass centre, momenta and impulses, and generalized inertia forces from the kinetic energy.
 
     K = K₂ + K₁ + K₀, of degree 2, 1 and 0 in the speeds: with v = v̂ + v_t, v̂ = Σ v_r u_r, and ω likewise
 
@@ -9,8 +9,8 @@
 
     p_r = Σ m v_r·v + ω_r·I·ω,    I_r = Σ v_r·∫F dt + ω_r·∫T dt
 
-(Kane & Levinson 1985, sec. 5.5, 5.6 and 6.8; Gibbs 1879.) The momentum of a rate, p_s = ∂K/∂q̇_s, is constant where neither K nor a
-force depends on q_s or acts along it (sec. 7.4).
+(Kane & Levinson 1985, sec. 5.5, 5.6 and 6.8; Gibbs 1879.) The conjugate momentum p_s = ∂K/∂q̇_s is constant if K and the forces do not
+depend on q_s and no force acts along it (sec. 7.4).
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -51,7 +51,7 @@ Reading = Callable[[Motion, ConstantInertia | None], Vector]
 
 
 def _products(bodies: Iterable[Moving], left: Reading, right: Reading) -> Expr:
-    """Σ m l·r + l·I·r."""
+    """Σ m l·r + l·I·r over bodies, with the vectors l and r that `left` and `right` read from motions."""
     total = ZERO
     for b in bodies:
         own = left(b.center, None)
@@ -77,7 +77,7 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
 
 
 def whole_kinetic_energy(solved: Solved) -> Expr:
-    """That of all bodies; of large trees that recursions solve from the velocities of their segments."""
+    """The kinetic energy of all bodies; of large trees from the velocities of their segments."""
     if solved.route in WAYS and solved.twin is None and len(solved.derived.inertias) >= _LARGE:
         try:
             return kinetic_energy_along_tree(solved.derived)
@@ -96,7 +96,7 @@ def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
 
 
 def potential_energy(loads: Iterable[Load]) -> Expr:
-    """The sum of the loads' potentials."""
+    """The sum of the potential energies of loads."""
     return sum_of(load.potential for load in loads if load.potential is not None)
 
 
@@ -133,7 +133,7 @@ def power(solved: Solved) -> Expr:
 
 
 def _is_still(derived: Derived) -> bool:
-    """Whether nothing moves where all speeds are zero: no motion is prescribed, and no speed counts from another."""
+    """Whether nothing moves if all speeds are zero: there is no prescribed motion, and no u = Y q̇ + z with nonzero z."""
     system = derived.system
     own = free_symbols(geometry(system.frames, system.points))
     return all(z is ZERO for z in derived.kinematical.z) and not any(
@@ -142,7 +142,7 @@ def _is_still(derived: Derived) -> bool:
 
 
 def depends_on_time(e: Expr) -> bool:
-    """Whether the time, an input or a further state is in an expression."""
+    """Whether an expression contains the time, an input or a further state."""
     return any(isinstance(s, Time | StateVariable) or input_of(s) is not None for s in free_symbols([e]))
 
 
@@ -252,7 +252,7 @@ def generalized_impulses(derived: Derived, impulses: Sequence[Any]) -> Exprs:
 
 
 def _projections(pairs: Iterable[tuple[Motion, Vector]], speeds: Sequence[Expr]) -> Exprs:
-    """Vectors times the partial velocities of the motions that they belong to."""
+    """Σ v_r·F for each speed, over pairs of a motion with partial velocities v_r and a vector F."""
     found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
     for motion, vector in pairs:
         for u, v in motion.partials.items():
@@ -274,7 +274,7 @@ def central_angular_momentum(bodies: Sequence[Moving]) -> Vector:
 
 
 def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
-    """Coordinates on which neither K depends nor forces and constraints, and along which no force acts and no constraint holds."""
+    """Coordinates on which K, forces and constraints do not depend, and along which no force or constraint force acts."""
     q = derived.system.coordinates
     turned = {e for s in derived.system.euler_parameters for e in s.coordinates}
     k, rows = InRates(derived).declared_kinetic_energy, InRates(derived).rows

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Integrals of the equations of motion: functions of q, u and t that every motion keeps (Kane & Levinson 1985, sec. 7.1, 7.2 and 7.4).
 
-What may be one is proposed by name: the energy, the Hamiltonian K₂ − K₀ + V by the rates, momenta of cyclic coordinates, linear and
-angular momenta along the inertial axes, single speeds. Of each the rate along the motion is looked at in numbers at several states,
-beside its terms; what is the same as one before it, but for a factor, is left out.
+Candidates are the energy, the Hamiltonian K₂ − K₀ + V in the rates, momenta of cyclic coordinates, linear and angular momenta along
+the inertial axes, and single speeds. A candidate is an integral if its rate vanishes beside its terms at several random states; one
+that is proportional to a preceding integral is left out.
 """
 
 from collections.abc import Iterator
@@ -68,7 +68,7 @@ def integrals(solved: Solved) -> tuple[Integral, ...]:
 
 
 def _values_if_constant(solved: Solved, value: Expr) -> Array | None:
-    """Numbers of a function at some states, with one set of parameters, where it is an integral; None where it is none."""
+    """The values of a function at random states, with one set of parameters, if it is an integral; else None."""
     if is_constant_in_time([value]):
         return None
     derived = solved.derived
@@ -85,7 +85,7 @@ def _values_if_constant(solved: Solved, value: Expr) -> Array | None:
 
 
 def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
-    """The terms of dc/dt: ∂c/∂q q̇, ∂c/∂u u̇, those of the time and of inputs."""
+    """The terms of dc/dt: ∂c/∂q q̇, ∂c/∂u u̇, and those of the time and of inputs."""
     derived = solved.derived
     moves: dict[Expr, Expr] = dict(zip(derived.system.coordinates, solved.written(derived.rates), strict=True))
     moves.update(zip(derived.speeds, solved.accelerations, strict=True))
@@ -102,7 +102,7 @@ def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
 
 
 def _same(a: Array, b: Array) -> bool:
-    """Whether two are proportional at all states at which both are finite."""
+    """Whether two functions are proportional at all states at which both are finite."""
     both = np.isfinite(a) & np.isfinite(b)
     x, y = a[both], b[both]
     scale = np.linalg.norm(x) * np.linalg.norm(y)

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The force and torque that one side of a system exerts on the other: at a joint, a point, a frame, or through a constraint.
 
-Newton's and Euler's laws of the far side, everything that is reached through the place (Kane & Levinson 1985, sec. 4.9, in
-vectors):
+The Newton–Euler equations of the far side, all that is connected through the place (Kane & Levinson 1985, sec. 4.9, in vectors):
 
     F = Σ (m a − F_load − Σ λ F_c)        T = Σ (I·α + ω × I·ω − T_load − Σ λ T_c) + Σ r × (m a − F_load − Σ λ F_c)
 
-with r from the joint's point. It is what auxiliary speeds in three directions of force and three of torque would yield, all at
-once and after the derivation: accelerations and the multipliers λ are known by then.
+with r from the joint's point. The result is that of auxiliary speeds in three directions of force and three of torque, computed after
+the derivation, when accelerations and multipliers λ are known.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -62,7 +61,7 @@ class JointReaction(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _FarSide:
-    """The far side of a place: which points and frames belong to it, and the arm from which a force at a point turns it."""
+    """The far side of a joint, point or frame: its points and frames, and the arm of a force at a point."""
 
     name: str
     has_point: Callable[[Point], bool]
@@ -168,7 +167,7 @@ def _through_frame(frame: Frame) -> Callable[[Basis], bool]:
 
 
 def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
-    """The part of a point's position that turns with a frame: v = n × arm where it turns about n."""
+    """The part of a point's position that rotates with a frame, so that v = n × arm for a rotation about n."""
     total = Vector()
     for x in p.ancestry():
         if x.body is not None:
@@ -194,7 +193,7 @@ def _extended(system: System) -> list[tuple[str, Point, Frame]]:
 
 
 def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
-    """Frames beyond a point: each belongs to the nearest body up its line of parents."""
+    """The test whether a frame is beyond a point; a frame belongs to its nearest ancestor that is the frame of a body."""
     sides = {frame: reached(center) for _, center, frame in _extended(system)}
     between = {f for frame, far in sides.items() if far for f in ancestry(frame)}
 
@@ -237,7 +236,7 @@ def _balance(solved: Solved, side: _FarSide) -> JointReaction:
 def _gathered(
     side: _FarSide, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]
 ) -> tuple[Vector, Vector]:
-    """Σ F and Σ T + r × F of what acts on the far side."""
+    """Σ F and Σ T + r × F of forces and torques on the far side."""
     force, torque = Vector(), Vector()
     for point, f in forces:
         if side.has_point(point):
@@ -249,7 +248,7 @@ def _gathered(
 
 
 def _closure(solved: Solved, constraints: tuple[Constraint, ...]) -> JointReaction:
-    """What constraints exert together on the point that the first force names first, and the frame that the first pure torque does."""
+    """The resultant of constraint forces on the point of the first force, and on the frame of the first pure torque."""
     name = _common_name([c.name for c in constraints])
     check_placed(f"reaction {name} feels", constraints, _CLOSED)
     points = {c.forces[0][0]: c for c in constraints if c.forces}
@@ -279,7 +278,7 @@ def _closure(solved: Solved, constraints: tuple[Constraint, ...]) -> JointReacti
 
 
 def _common_name(names: Sequence[str]) -> str:
-    """The words that names begin with, where one of them has at most one more ("G" of "G x", "G y"); else all the names."""
+    """The common first words of names, if one name has at most one more word ("G" of "G x", "G y"); else all names."""
     words = [n.split() for n in names]
     shared = words[0]
     for other in words[1:]:
@@ -293,7 +292,7 @@ def _common_name(names: Sequence[str]) -> str:
 
 
 def _check_determinate(solved: Solved, name: str, share: Share) -> None:
-    """No multipliers that leave the motion as it is, xᵀ A = 0, may change what the place transmits."""
+    """Raises a ReactionError if multipliers x with xᵀ A = 0, which do not affect the motion, change the transmitted force."""
     if not solved.redundant:
         return
     system = solved.derived.system

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What may be asked of equations and motions, written in q, u, t, parameters and inputs, and its numbers at a state.
+"""Quantities that users ask for, as functions of q, u, t, parameters and inputs, and their values at states.
 
-Rates, accelerations and reactions are replaced by what the equations say of them.
+Rates, accelerations and reactions are replaced by their solved expressions.
 """
 
 from collections.abc import Iterable, Mapping, Sequence, Set
@@ -53,14 +53,14 @@ from kane.space.vector import Dyadic, Vector
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AskedExpressions:
-    """The expressions that something asked for is made of, its shape, None where the parts of a list differ, and these parts."""
+    """The expressions of a quantity, its shape, or None and the parts of a list whose shapes differ."""
 
     roots: Exprs
     shape: tuple[int, ...] | None
     parts: tuple["AskedExpressions", ...] | None = None
 
     def filled(self, numbers: Sequence[Any]) -> Any:
-        """Numbers of the roots as what was asked for: a vector as its last axis, a matrix as its last two, a list as a list."""
+        """The values in the shape asked for: a vector along the last axis, a matrix along the last two, a list as a list."""
         if self.parts is not None:
             rest = iter(numbers)
             return [part.filled([next(rest) for _ in part.roots]) for part in self.parts]
@@ -83,7 +83,7 @@ def _quantities_of(what: object, inertial: Frame) -> str:
 
 
 def asked(derived: Derived, what: Any) -> AskedExpressions:
-    """What the user asks for; measure numbers of vectors and dyadics are along the inertial frame.
+    """The expressions of a quantity given by the user; measure numbers of vectors and dyadics are along the inertial frame.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def asked(derived: Derived, what: Any) -> AskedExpressions:
 
 
 def _named(derived: Derived, name: str) -> Symbol:
-    """The symbol of that name: the system's own, or a rate of one, or the time."""
+    """The symbol of that name: one of the system, a rate of one, or the time."""
     system = derived.system
     moving: tuple[Any, ...] = derived.state
     own: tuple[Symbol, ...] = (*moving, *derived.reactions, *system.parameters, *system.inputs)
@@ -236,7 +236,7 @@ def evaluate_along(
 
 
 def _numbers(solved: Solved, read: Reading, values: Mapping[Expr, Any], held: bool) -> list[Any]:
-    """The numbers of what is asked for, checked."""
+    """The checked values of a reading."""
     found, plain = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
         check_on_constraints(solved, read.names, found[read.asked : read.asked + 2 * len(read.names)])
@@ -253,7 +253,7 @@ def _numbers(solved: Solved, read: Reading, values: Mapping[Expr, Any], held: bo
 
 
 def _check_shapes(values: Mapping[Expr, Any], error: ValueError) -> None:
-    """An ArgumentError in place of NumPy's `error` where arrays do not broadcast."""
+    """Raises an ArgumentError in the place of NumPy's `error` if arrays do not broadcast."""
     shapes = {s: np.shape(v) for s, v in values.items()}
     try:
         np.broadcast_shapes(*shapes.values())
@@ -265,7 +265,7 @@ def _check_shapes(values: Mapping[Expr, Any], error: ValueError) -> None:
 
 
 def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> Reading:
-    """The expressions with what is not known filled in."""
+    """The reading of expressions with solved values for symbols that are not `known`."""
     found = reading(solved, _walked(solved, roots), known)
     found = found._replace(concerned=concerned(solved, found.walk.roots[: found.asked]))
     pivots = solved.free_pivots if found.concerned else {}
@@ -283,7 +283,7 @@ def _walked(solved: Solved, roots: Sequence[Expr]) -> Walk:
 
 
 def parameter_values(system: System, parameters: Mapping[Any, Any] | None) -> dict[Expr, float]:
-    """A number for every parameter of the system; a missing one is named."""
+    """A number for every parameter of the system. ValueMissingError if one is missing."""
     values = named_values("parameters", system.parameters, parameters)
     for p in system.parameters:
         if p not in values and p.default is not None:

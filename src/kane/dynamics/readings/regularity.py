@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""States at which numbers mean nothing: an error at one state, a warning and NaN among several.
+"""Checks for singular states, at which values are meaningless: an error at one state, a warning and NaN among several.
 
-Speeds must satisfy A u + b = 0: a constraint is missed where |A u + b| is more than a share of the largest of its terms, and more than
-noise leaves of terms that vanish at the state. What W, or the solution for the dependent speeds, divides by must not vanish but for
-rounding: cos q = 6e-17 at q = π/2 would give a finite, meaningless number. Constraints that were left out as redundant must follow
-from the others, which on another branch they may not. A load along v/|v| has no value at rest.
+Speeds must satisfy A u + b = 0: |A u + b| must be small beside the largest of its terms, or within the noise of terms that vanish at
+the state. Divisors of W and of the solution for dependent speeds must not vanish up to rounding: cos q = 6e-17 at q = π/2 would give
+a finite but meaningless value. Redundant constraints must follow from the others at the state too, which on another branch they may
+not. A load along v/|v| has no value at rest.
 """
 
 from collections.abc import Mapping, Sequence, Set
@@ -32,7 +32,7 @@ from kane.numeric.scale import CLOSED, SIX_DIGITS, SOLVE_RANK, STATE_RANK, SUREL
 
 
 def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
-    """Which load has no value at `values`, what it divides by there, and the cure; "" where all have one.
+    """Words for a load without a value at `values`, its divisor and the cure; "" if all loads have values.
 
     Symbols without a value, reactions, count as 1.
     """
@@ -61,9 +61,9 @@ _NONE_FREE = "The constraints give all speeds: leave them out."
 
 
 def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
-    """Expressions of q, u, t, parameters and inputs with those dependent speeds filled in that are not `known`.
+    """The reading of expressions in q, u, t, parameters and inputs, with A_n u_I + b_n for dependent speeds that are not `known`.
 
-    The constraints are read too where dependent speeds are given, and the expressions hold speeds: those of which all is known.
+    If dependent speeds are given and the expressions contain speeds, constraints whose symbols are all known are read too.
     """
     dependent, count = solved.dependent_speeds, len(walk.roots)
     if not dependent or not any(isinstance(s, Speed) for s in walk.symbols):
@@ -80,7 +80,7 @@ def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
 
 
 def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
-    """The constraints in which all is known: names, A u + b, and what it may be for rounding's sake."""
+    """The constraints whose symbols are all known: name, A u + b, and the limit due to rounding."""
     speeds, rows = solved.derived.speeds, []
     memo: Sizes = {}
     fastest = largest(speeds)
@@ -95,9 +95,9 @@ def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
 
 
 def check_on_constraints(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> None:
-    """Speeds that miss constraints: at one state an error, of arrays a warning that names the first place.
+    """Checks that speeds satisfy the constraints: an error at one state, for arrays a warning that names the first entry.
 
-    `numbers` are A u + b of the constraints `names`, then its limits; where they are not finite nothing can be said.
+    `numbers` are A u + b of the constraints `names`, then the limits; values that are not finite are not checked.
     """
     count, numbers = len(names), np.broadcast_arrays(*numbers)
     with np.errstate(invalid="ignore"):
@@ -125,14 +125,14 @@ _CURE = (
 
 
 def concerned(solved: Solved, roots: Sequence[Expr]) -> tuple[int, ...]:
-    """The places of expressions that hold what was solved for, where constraints were left out or there are none."""
+    """The indices of expressions that contain solved values, if there are redundant constraints or no constraints."""
     if solved.embedding is not None and not solved.redundant:
         return ()
     return tuple(k for k, root in enumerate(roots) if not solved.solved_for.isdisjoint(postorder([root])))
 
 
 def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr]) -> Sequence[Expr]:
-    """What was `found` of `roots`, one of each, to be compiled: NaN where rows that were left out hold more of the root."""
+    """The expressions `found`, one per root, NaN where redundant rows do not follow and the root depends on solved values."""
     places = concerned(solved, roots)
     if not places or solved.left_out is None:
         return found
@@ -141,7 +141,7 @@ def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr])
 
 
 def notes(solved: Solved) -> dict[Expr, str]:
-    """What to say of each guard that `nan_where_more` puts in."""
+    """Words for each guard of `nan_where_more`."""
     if solved.left_out is None:
         return {}
     _, guards = solved.left_out.guarding()
@@ -173,11 +173,11 @@ def check_left_out(
 
 
 def _more(solved: Solved, watch: Watch, values: Mapping[Expr, Any]) -> Mask:
-    """Which rows hold more than the others (… × rows)."""
+    """Which redundant rows do not follow from the others (… × rows)."""
     roots = (watch.open, *(x for r in watch.rows for x in (r.beyond, r.limit)))
     try:
         found = of_one_shape(at(solved.walks.get(roots, lambda: Walk(roots)), values))
-    except ValueMissingError:  # what was asked for holds less than the constraints do
+    except ValueMissingError:  # the constraints contain symbols without values
         return np.zeros(len(watch.rows), dtype=bool)
     with np.errstate(invalid="ignore"):
         rows = [(found[0] < 1) & (beyond > limit) for beyond, limit in zip(found[1::2], found[2::2], strict=True)]
@@ -204,7 +204,7 @@ def mass_matrix_in_doubt(solved: Solved, values: Mapping[Expr, Any], pivots: Seq
 
 
 def open_speeds(m: Array) -> list[int]:
-    """Of which speeds M (n × n) does not determine the accelerations."""
+    """The indices of speeds whose accelerations M (n × n) does not determine."""
     direction = null_direction(m, SOLVE_RANK)
     return [] if direction is None else [k for k, c in enumerate(direction) if abs(c) > TAKES_PART]
 
@@ -245,12 +245,12 @@ _OTHER_COORDINATES = (
 
 
 def with_regular_rates(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
-    """`roots` that are NaN where they divide by what W divides by, and it vanishes."""
+    """`roots`, NaN where a divisor that they share with W vanishes."""
     return list(map(guarding(solved.rate_guards), roots))
 
 
 def of_rates(solved: Solved, guard: Expr) -> str:
-    """What to say of a guard that stands for a divisor of W; "" of another one."""
+    """Words for a guard of a divisor of W; "" for another guard."""
     (divisor,) = unguarded(guard.args[:1])
     return (
         f"the rates, which W of q' = W u + X gives divided by {cut(divisor, 80)}"
@@ -260,13 +260,13 @@ def of_rates(solved: Solved, guard: Expr) -> str:
 
 
 def _cure_of_rates(solved: Solved, values: Mapping[Expr, Any]) -> str:
-    """Other dependent speeds, where the rates follow with them at this state, else other coordinates or speeds."""
+    """Words for the cure: other dependent speeds, if they determine the rates at this state, else other coordinates or speeds."""
     embedding = solved.embedding
     if embedding is None or not moving_pivots(solved.derived):
         return _OTHER_COORDINATES
     try:
         others = AdmittedSpeeds(solved.derived, values).cure(values, embedding.partition)
-    except ValueMissingError:  # what was asked for holds less than the rates do
+    except ValueMissingError:  # the rates contain symbols without values
         return _OTHER_COORDINATES
     if others is None:
         return _OTHER_COORDINATES
@@ -277,7 +277,7 @@ def _cure_of_rates(solved: Solved, values: Mapping[Expr, Any]) -> str:
 
 
 def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
-    """Say where `numbers` at `values` are NaN for a divisor of W that vanishes: of one state a SingularError, of arrays a warning."""
+    """Reports NaN in `numbers` due to a vanishing divisor of W: a SingularError at one state, for arrays a warning."""
     by = solved.rate_guards
     if not by or not any(np.isnan(x).any() for x in numbers):
         return
@@ -297,9 +297,9 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
 
 
 def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
-    """Say where `numbers` of `roots` at `values` are NaN for what they are divided by vanishes.
+    """Reports NaN in `numbers` of `roots` due to a vanishing divisor of the constraints.
 
-    At a single state that is a SingularError; of arrays a warning names the first place.
+    A SingularError at one state; for arrays a warning names the first entry.
     """
     if not any(np.isnan(x).any() for x in numbers):
         return
@@ -317,7 +317,7 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
 
 
 def pivot_of(solved: Solved, guard: Expr) -> Pivot:
-    """The pivot that a guard belongs to; what is solved with A_Dᵀ has expressions of its own."""
+    """The pivot of a guard; solutions with A_Dᵀ have other expressions for the same pivots."""
     (divisor,) = unguarded(guard.args[:1])
     for p in solved.dependent_pivots:
         if any(divisor is f for f in factors(p.value)):
@@ -326,26 +326,26 @@ def pivot_of(solved: Solved, guard: Expr) -> Pivot:
 
 
 def divided_by(p: Pivot, who: str = "the constraints") -> str:
-    """The speeds of a pivot and what they are divided by, as far as that can be read."""
+    """Words for the speeds of a pivot and their divisor, if it is short."""
     names = ", ".join(sorted(u.name for u in p.speeds))
     chosen = any(node.op is WHERE for node in postorder([p.value]))
     return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{cut(p.value, 80)}'}"
 
 
 def _refuse_or_warn(expected: str, got: str, first: First, cure: str, here: str = "this state") -> None:
-    """At a single state a SingularError, of arrays a warning that names the first place."""
+    """Raises a SingularError at a single state; for arrays warns, naming the first entry."""
     if not first.place:
         raise SingularError(f"Expected {expected} at {here}, got {got}. {cure}")
     warn(f"Expected {expected} at every state, got {got} at {first}: the values there are NaN. {cure}")
 
 
 def _cure_of_pivot(solved: Solved, values: Mapping[Expr, Any]) -> str:
-    """The speeds that are dependent by choice of the numbers at this state, where there are as many."""
+    """Words for the cure: the dependent speeds chosen numerically at this state, if they are as many."""
     assert solved.embedding is not None
     matrix = solved.embedding.rows.a
     try:
         a = np.asarray(evaluate(matrix, values), dtype=float)
-    except ValueMissingError:  # what was asked for holds less than A does
+    except ValueMissingError:  # A contains symbols without values
         a = np.full(matrix.shape, np.nan)
     rows = list(solved.embedding.partition.rows)
     if not np.isfinite(a).all():
