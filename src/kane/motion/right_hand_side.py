@@ -32,8 +32,7 @@ from kane.expr.piecewise import Piecewise, applied, leaps, on, on_sides, side_sy
 from kane.expr.piecewise import switches as switches_of
 from kane.expr.symbols import Symbol, time
 from kane.motion.inputs.breakpoints import Clock, clock, is_timed
-from kane.motion.inputs.expressions import Number, SharedLaw, law_ports, parts, turning_laws, value
-from kane.motion.inputs.expressions import along as input_along
+from kane.motion.inputs.expressions import Number, SharedLaw, law_ports, parts, turning_laws, values
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import Mixed, least_constraint
@@ -266,14 +265,11 @@ class Routines(SidedEquations):
 
     def inputs(self, t: float, y: Array) -> Array:
         """Values of the inputs."""
-        return np.array([value(f, t, y[: self.width]) for f in self.drives])
+        return values(self.drives, t, y[: self.width])
 
     def inputs_all(self, t: Array, y: Array) -> Array:
         """Values of the inputs (k × inputs) at times (k) and states (k × n)."""
-        states = y[:, : self.width]
-        return (
-            np.stack([input_along(f, t, states) for f in self.drives], axis=1) if self.drives else np.zeros((len(t), 0))
-        )
+        return values(self.drives, t, y[:, : self.width])
 
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""
@@ -419,21 +415,27 @@ def _regular(eom: Equations, roots: list[Expr]) -> tuple[Expr, ...]:
     return tuple(with_regular_rates(eom.solved, roots))
 
 
-def by_inputs(now: Routines, t: float, x: Array) -> Array:
-    """∂(q̇, u̇, P)/∂r, in which rates are affine as loads are; else differences that steer well enough."""
-    r = now.inputs(t, x)
-    own = now.rates(t, x, now.p, r)
-    steps = np.maximum(np.abs(r), np.abs(r).max(initial=0) or 1.0) * _STEP
-    return np.column_stack(
-        [(now.rates(t, x, now.p, r + h * e) - own) / h for h, e in zip(steps, np.eye(len(r)), strict=True)]
-    )
+def by_inputs(now: Routines, t: Any, x: Array, r: Array) -> Array:
+    """∂(q̇, u̇, P)/∂r at a state or several, in which rates are affine as loads are; else differences that steer well enough."""
+    own, steps = now.rates(t, x, now.p, r), _steps(r)
+    moved = (now.rates(t, x, now.p, r + h * e) for h, e in zip(steps, np.eye(r.shape[-1]), strict=True))
+    return np.stack([(found - own) / h for h, found in zip(steps, moved, strict=True)], axis=-1)
 
 
-def gains(now: Routines, t: float, x: Array) -> Array:
-    """∂r/∂x of inputs that are functions of the state, by differences."""
-    r = now.inputs(t, x)
-    steps = np.maximum(np.abs(x), np.abs(x).max(initial=0) or 1.0) * _STEP
-    return np.column_stack([(now.inputs(t, x + h * e) - r) / h for h, e in zip(steps, np.eye(len(x)), strict=True)])
+def gains(now: Routines, t: Any, x: Array, r: Array) -> Array:
+    """∂r/∂x at a state or several of inputs r that are functions of the state, by differences."""
+    places = [k for k, f in enumerate(now.drives) if following([f])]
+    drives, result = [now.drives[k] for k in places], np.zeros((*r.shape, x.shape[-1]))
+    for k, (h, e) in enumerate(zip(_steps(x), np.eye(x.shape[-1]), strict=True)):
+        result[..., places, k] = (values(drives, t, x + h * e) - r[..., places]) / h
+    return result
+
+
+def _steps(x: Array) -> Array:
+    """A step for each of the last axis, with that axis first and one of length 1 last."""
+    largest = np.abs(x).max(axis=-1, keepdims=True, initial=0)
+    sizes = np.maximum(np.abs(x), np.where(largest, largest, 1.0)) * _STEP
+    return np.moveaxis(sizes, -1, 0)[..., None]
 
 
 def is_long(now: Routines) -> bool:
@@ -483,14 +485,14 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
     unit = np.eye(n)
     long = is_long(now)
 
-    def by_entries(t: float, x: Array) -> Array:
-        return now.routine(entries)(t, x, now.p, now.inputs(t, x))
+    def by_entries(t: float, x: Array, r: Array) -> Array:
+        return now.routine(entries)(t, x, now.p, r)
 
-    def by_products(t: float, x: Array) -> Array:
-        return now.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
+    def by_products(t: float, x: Array, r: Array) -> Array:
+        return now.routine(products)(t, x, now.p, r, unit).T
 
-    def by_law(t: float, x: Array) -> Array:
-        return by_values(t, x, p, now.inputs(t, x))
+    def by_law(t: float, x: Array, r: Array) -> Array:
+        return by_values(t, x, p, r)
 
     law = None if long or not follows(now.drives) else law_of(now.laid, now.eom.inputs)
     if law is not None:
@@ -499,9 +501,10 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
 
     def j(t: float, y: Array) -> Array:
         whole = np.zeros((n + 1, n + 1))
-        found = (by_law if law else by_products if long else by_entries)(t, y[:n])
+        x, r = y[:n], now.inputs(t, y)
+        found = (by_law if law else by_products if long else by_entries)(t, x, r)
         if by_law_alone:
-            found = found + by_inputs(now, t, y[:n]) @ gains(now, t, y[:n])
+            found = found + by_inputs(now, t, x, r) @ gains(now, t, x, r)
         whole[:, :n] = np.where(np.isfinite(found), found, 0.0)
         return whole
 

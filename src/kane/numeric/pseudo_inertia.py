@@ -13,9 +13,8 @@ Geometric robot dynamic identification, IEEE Transactions on Robotics 36(2), 348
 """
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, by_substitution
 
 _PAIRS = ((0, 1), (1, 2), (2, 0))
 WEIGHT = 1e-4
@@ -70,6 +69,5 @@ def step_rows(lower: Array, slopes: Array, first: Array) -> tuple[Array, Array]:
 
     With J = L Lᵀ, C is L⁻¹ ∂J L⁻ᵀ and c is Lᵀ J₀⁻¹ L − 1.
     """
-    half = [solve_triangular(lower, own, lower=True) for own in slopes]
-    own = [solve_triangular(lower, one.T, lower=True).reshape(-1) for one in half]
-    return np.stack(own, axis=-1), (lower.T @ np.linalg.solve(first, lower) - np.eye(len(lower))).reshape(-1)
+    own = by_substitution(lower, by_substitution(lower, slopes).transpose(0, 2, 1)).reshape(len(slopes), -1)
+    return own.T, (lower.T @ np.linalg.solve(first, lower) - np.eye(len(lower))).reshape(-1)

@@ -11,7 +11,8 @@ import numpy as np
 
 from kane.motion.derivatives.parameter_slopes import Slopes
 from kane.motion.inputs.expressions import Formula
-from kane.motion.right_hand_side import Routines, entries, exact, is_long
+from kane.motion.inputs.functions import following
+from kane.motion.right_hand_side import Routines, by_inputs, entries, exact, gains, is_long
 from kane.motion.solution.phases import Indices
 from kane.motion.steppers.collocation import gauss
 from kane.numeric.arrays import Array
@@ -79,11 +80,14 @@ def rates(now: Routines, t: Array, x: Array) -> Array:
 def jacobians(stretch: Stretch, t: Array, x: Array) -> Array:
     """J (k × n × n) at times (k) and states (k × n)."""
     now, n = stretch.now, stretch.now.width
-    by_python = any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
-    if is_long(now) or by_python:
+    if is_long(now):
         j = exact(now)
         return np.array([j(s, np.append(row, 0.0))[:n, :n] for s, row in zip(t.tolist(), x, strict=True)])
-    held = now.routine(entries)(t, x, now.p, now.inputs_all(t, x))[:, :n, :n]
+    r = now.inputs_all(t, x)
+    held = now.routine(entries)(t, x, now.p, r)[:, :n, :n]
+    if any(following([f]) and not isinstance(f, Formula) for f in now.drives):
+        found = held + by_inputs(now, t, x, r)[:, :n] @ gains(now, t, x, r)
+        return np.where(np.isfinite(found), found, 0.0)
     return held if stretch.feedback is None else held + stretch.feedback(t, x)
 
 

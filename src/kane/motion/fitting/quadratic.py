@@ -8,10 +8,10 @@ squares give (Lawson & Hanson 1974, ch. 23).
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space, solve_triangular
+from scipy.linalg import null_space
 from scipy.optimize import nnls
 
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, by_substitution
 
 _LEAST = 1e-8
 """Eigenvalues are at least this share of the largest."""
@@ -39,18 +39,18 @@ def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Ar
     most, slope = float(np.abs(values).max(initial=0.0)), float(np.abs(g).max(initial=0.0))
     size = np.maximum(np.abs(values), _LEAST * most if most > _FLAT * slope else (_FLAT * slope or 1.0))
     root = vectors * np.sqrt(size)
-    lower = np.linalg.cholesky(root @ root.T) if len(size) else np.zeros((0, 0))
-    toward = -solve_triangular(lower, free.T @ (g + H @ first), lower=True) if len(size) else np.zeros(0)
+    lower = np.linalg.cholesky(root @ root.T)
+    toward = -by_substitution(lower, free.T @ (g + H @ first))
     u, w = toward, np.zeros(len(A))
     if len(A):
-        C = solve_triangular(lower, (A @ free).T, lower=True).T if len(size) else np.zeros((len(A), 0))
+        C = by_substitution(lower, (A @ free).T).T
         need = b - A @ first - C @ toward
         if need.max() > 0:
             found = _nearest(C, need)
             if found is None:
                 return None
             u, w = toward + found[0], found[1]
-    d = first + (free @ solve_triangular(lower.T, u, lower=False) if len(size) else 0.0)
+    d = first + free @ np.linalg.solve(lower.T, u)
     rest = H @ d + g - A.T @ w
     y = -np.linalg.lstsq(E.T, rest)[0] if len(E) else np.zeros(0)
     return QuadraticStep(np.asarray(d), np.asarray(y), w)

@@ -12,6 +12,7 @@ import copy
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import inf, isfinite, nan
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -24,7 +25,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.build import NODE_BUILDERS, add, neg
 from kane.expr.differentiation import tangent
-from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.evaluation import Walk, evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant, postorder
 from kane.expr.ops import CONST, OPS
 from kane.expr.piecewise import Piecewise, switches
@@ -40,7 +41,7 @@ CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", 
 """Operations that have corners or jumps."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Formula:
     """An expression of time and of parameters, which have `values`: called with a time it gives its value.
 
@@ -62,7 +63,14 @@ class Formula:
     def __call__(self, t: Any, x: Any = ()) -> float:
         """The value at time t, and state x."""
         at = dict(zip(self.state, x, strict=bool(self.state)))
-        return float(evaluate([self.expr], {**self.values, **at, time: t})[0])
+        return float(self._walk({**self.values, **at, time: t})[0])
+
+    @cached_property
+    def _walk(self) -> Walk:
+        return Walk([self.expr])
+
+    def __reduce__(self) -> tuple[Callable[..., "Formula"], tuple[Any, ...]]:
+        return Formula, (self.expr, self.values, self.state, self.written, self.gains)
 
     def along(self, t: Array, states: Array) -> Array:
         """The values at times (n) and states (n × (q, u, a))."""
@@ -456,11 +464,24 @@ def value(drive: Any, t: float, x: Array) -> float:
     return float(drive(t, x) if getattr(drive, "of_state", False) else drive(t))
 
 
+def values(drives: Sequence[Any], t: Any, x: Array) -> Array:
+    """Inputs (m) at a time and state; (n × m) at times (n) and states (n × (q, u, a)), at all of them at once where it can be."""
+    if x.ndim == 1:
+        return np.array([value(f, t, x) for f in drives])
+    result, asked_one_by_one = np.empty((len(t), len(drives))), list[int]()
+    for k, f in enumerate(drives):
+        if hasattr(f, "along"):
+            result[:, k] = f.along(t, x)
+        else:
+            asked_one_by_one.append(k)
+    for i, at in enumerate(zip(t.tolist(), x, strict=True) if asked_one_by_one else ()):
+        result[i, asked_one_by_one] = [value(drives[k], *at) for k in asked_one_by_one]
+    return result
+
+
 def along(drive: Any, t: Array, states: Array) -> Array:
-    """An input at times (n) and states (n × (q, u, a)), at all of them at once where it can be."""
-    if hasattr(drive, "along"):
-        return np.asarray(drive.along(t, states), dtype=float)
-    return np.array([value(drive, time, x) for time, x in zip(t.tolist(), states, strict=True)], dtype=float)
+    """An input at times (n) and states (n × (q, u, a))."""
+    return values([drive], t, states)[:, 0]
 
 
 def controllers(drives: Sequence[Any]) -> list[SampleAndHold]:
