@@ -34,7 +34,8 @@ def product(a: Array, b: Array) -> Array:
 
 def by_substitution(lower: Array, right: Array) -> Array:
     """L⁻¹ b (n) or L⁻¹ B, of one B (n × m) or several (k × n × m)."""
-    rows = -min(right.ndim, 2)  # turned round L is upper triangular, with nothing to eliminate; LAPACK's own `trtrs` wakes threads
+    # turned round L is upper triangular, with nothing to eliminate; LAPACK's own `trtrs` wakes threads
+    rows = -min(right.ndim, 2)
     return np.flip(np.linalg.solve(lower[::-1, ::-1], np.flip(right, rows)), rows)
 
 
