@@ -273,9 +273,9 @@ class ContactRunner:
 
     def _admit(self, m: int, parameters: Mapping[Expr, float]) -> None:
         """The kernel may go over to a mode, unless rates of that turn at times."""
-        one, breaks = self.made[m], ()
-        if m in self.turning:
-            breaks = one.equations.numeric().value(timed).breakpoints(parameters, self.span)
+        one = self.made[m]
+        turns = one.equations.numeric().value(timed)
+        breaks = m in self.turning and bool(turns.breakpoints(parameters, self.span))
         self.codes[m] = -1.0 if breaks else code_of(one.modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
