@@ -493,7 +493,8 @@ class Runner:
 def stepped_along(eom: Equations, changed: Sequence[tuple[float, Routines]], t: Array) -> list[Equations]:
     """The equations that are stepped at times t, where dependent speeds were changed."""
     every = [eom, *(now.eom for _, now in changed)]
-    return [every[k] for k in np.searchsorted([at for at, _ in changed], t, side="right")]
+    counts = np.diff(np.searchsorted(t, [at for at, _ in changed]), prepend=0, append=len(t))
+    return [one for one, count in zip(every, counts.tolist(), strict=True) for _ in range(count)]
 
 
 class SingleRunner(Protocol):

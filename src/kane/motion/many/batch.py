@@ -175,12 +175,14 @@ class Batch:
     def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
         """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""
         runner, few = self.runner, self.runner.few
-        some, t = np.ascontiguousarray(states[:, few]), runner.t[few]
-        k, e, pivot = self._read(np.broadcast_to(t, some.shape[:2]), some, p)
         rtol, whole = runner.method.rtol, len(few) == len(runner.t)
+        some, t = states if whole else np.ascontiguousarray(states[:, few]), runner.t[few]
+        k, e, pivot = self._read(np.broadcast_to(t, some.shape[:2]), some, p)
         with np.errstate(invalid="ignore"):
             kept = keeps_sharply(k, e, some[:, :, -1], rtol, whole)
-        for i in np.flatnonzero(~kept & np.isfinite(some).all(axis=(1, 2))):
+        for i in np.flatnonzero(~kept):
+            if not np.isfinite(some[i]).all():
+                continue
             check = energy_check(t, k[i], e[i], some[i, :, -1], self._open(some[i], p[i]) / rtol)
             kept[i] = check.surely_within(rtol, whole)
         return pivot[:, 0] > SURELY_REGULAR, kept

@@ -180,10 +180,12 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
         | {name: value for name, value in given.items() if isinstance(value, int)}
         | {"n": n, "limit": method.max_steps, "samples": m, "driven": 0, "breakpoints": 0}
     )
-    whole = np.full((count, results.shape[1]), np.nan)
-    whole[begins] = results
-    whole[~begins, : SIZE + n] = np.hstack([table["s"], table["y"]])[~begins]
-    whole[~begins, Slot.BACK] = ReturnCode.LOOK
+    whole = results
+    if len(results) < count:
+        whole = np.full((count, results.shape[1]), np.nan)
+        whole[begins] = results
+        whole[~begins, : SIZE + n] = np.hstack([table["s"], table["y"]])[~begins]
+        whole[~begins, Slot.BACK] = ReturnCode.LOOK
     if now.events is not None:  # so are those at whose end rounding may lead across a threshold
         beside, _ = _beside_no_threshold(now, given, spans[:, 1], whole[:, SIZE : SIZE + n], table)
         across = (whole[:, Slot.BACK] == ReturnCode.END) & ~beside
@@ -251,8 +253,10 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
         back[marked.any(axis=1)] = ReturnCode.LOOK
     ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps, told=s)
     if "held_log" in stored:
-        rows = [row[1 : 1 + 2 * int(row[0])].reshape(-1, 2) for row in np.nan_to_num(stored["held_log"])]
-        ends = ends._replace(changes=tuple([(t, int(k)) for t, k in row.tolist()] for row in rows))
+        counts = np.nan_to_num(stored["held_log"][:, 0]).astype(np.int64)
+        pairs = stored["held_log"][:, 1 : 1 + 2 * counts.max(initial=0)].reshape(count, -1, 2).tolist()
+        own = zip(pairs, counts.tolist(), strict=True)
+        ends = ends._replace(changes=tuple([(t, int(k)) for t, k in row[:some]] for row, some in own))
     if "log" not in stored:
         return ends
     events = tuple(row[: 2 * k].reshape(-1, 2).copy() for row, k in zip(stored["log"], logged, strict=True))

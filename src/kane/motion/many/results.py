@@ -167,14 +167,15 @@ class Results:
             self.texts["cause"].put(which, table.message)
             ends = np.arange(1, len(which) + 1) * len(self.t) - 1
             self.steps[which], self.end_t[which], self.end_state[which] = steps, table.t[-1], table.states[ends]
-            self._keep_all(which, table, np.arange(len(table)).reshape(len(which), -1))
+            self._keep_all(which, table)
         self.done += len(found.outcomes) + sum(len(own.instances) for own in found.finished)
 
-    def _keep_all(self, which: Sequence[int] | Indices, table: Solution, at: Any, there: Any = None) -> None:
-        """What is kept of instances, by their motions as a table and where in it their samples are."""
+    def _keep_all(self, which: Sequence[int] | Indices, table: Solution, at: Any = None, there: Any = None) -> None:
+        """What is kept of instances, by their motions as a table and where in it their samples are, unless these are all of it."""
         for quantity in self.kept:
             column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
-            values = (np.asarray(table[quantity.what]) if column is None else table.states[:, column])[at]
+            values = np.asarray(table[quantity.what]) if column is None else table.states[:, column]
+            values = values.reshape(len(which), -1, *values.shape[1:]) if at is None else values[at]
             if there is not None:
                 values[~there] = np.nan
             self._keep(quantity, which, values)

@@ -248,13 +248,13 @@ def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") ->
 
 
 def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
-    """Motions of a batch as one table; phases differ where parameters do."""
+    """Motions of a batch as one table; phases differ where parameters do, if more is read off it than states."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
-    own = which if family.instances.columns["parameters"] else which[:1]
+    own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
     phases = tuple(Phase(begun.start(k).constants(eom), runner.drives) for k in own)
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
-    every = [batch.changes(ran, k) for k in which] if any(ran.changes) else []
+    every = [batch.changes(ran, k) for k in which] if any(ran.changes) and not family.states_alone else []
     samples = tuple(held for changed in every for held in stepped_along(eom, changed, runner.t))
     table = replace(one, t=np.tile(runner.t, len(which)), phases=phases, phase=phase, samples=samples)
     return Finished([begun.places[k] for k in which], ran.told[which, Slot.STEPS], table)
@@ -290,6 +290,17 @@ class Starts(NamedTuple):
         return Start(
             self.x[n], self.p[n], self.usual[n % len(self.usual)], None if self.reach is None else self.reach[n]
         )
+
+    def and_then(self, other: "Starts") -> "Starts":
+        """These and others, all of them on constraints."""
+        if not other.places or not self.places:
+            return other if other.places else self
+        assert self.reach is not None
+        assert other.reach is not None
+        x, p = np.concatenate([self.x, other.x]), np.concatenate([self.p, other.p])
+        reach = np.concatenate([self.reach, other.reach])
+        usual = [one.usual[n % len(one.usual)] for one in (self, other) for n in range(len(one.places))]
+        return Starts([*self.places, *other.places], x, p, reach, usual)
 
 
 def _starts(
@@ -328,24 +339,22 @@ def _held(
     family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The starts of a tile on the constraints: all together, but for those in doubt, which are found one by one."""
-    begun = dict[int, Outcome[Start]]()
-    if nearest is not None:
-        starts = decided(_sure, family, runner, tile, nearest).found or {}
-        begun |= {k: Outcome(start) for k, start in starts.items()}
-    for k in [k for k in tile if k not in begun]:
-        begun[k] = decided(_projected_start, family, runner, k)
-    return _one_after_another({k: begun[k] for k in tile})
+    sure = None if nearest is None else decided(_sure, family, runner, tile, nearest).found
+    known = set() if sure is None else {*sure.places}
+    others = {k: decided(_projected_start, family, runner, k) for k in tile if k not in known}
+    own, failed = _one_after_another(others)
+    return own if sure is None else sure.and_then(own), failed
 
 
-def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates) -> dict[int, Start]:
+def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates) -> "Starts":
     """The starts of a tile of which there is no doubt."""
     eom, poses = family.eom, _poses(family, runner, tile)
     found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
     further = [np.full(len(tile), given.get(a, a.default), dtype=float) for a in eom.states]
     x = np.column_stack([found.q, found.u, *further])
-    sure = ~found.doubt & surely_admitted(eom, p) & np.isfinite(x).all(axis=1)
+    sure = np.flatnonzero(~found.doubt & surely_admitted(eom, p) & np.isfinite(x).all(axis=1))
     usual = parameter_values(eom.system, family.instances.at(tile[0])["parameters"])
-    return {tile[n]: Start(x[n], p[n], usual, np.abs(found.a[n])) for n in np.flatnonzero(sure).tolist()}
+    return Starts([tile[n] for n in sure.tolist()], x[sure], p[sure], np.abs(found.a[sure]), [usual])
 
 
 def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:

@@ -329,13 +329,12 @@ class StepperContext:
     ) -> None:
         """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some; or those before a time."""
         w = self.writer
-        before, lag = self.get(Slot.TIME), self.get(Slot.TIME_LAG)
         cursor, prepared = self.cursor, self.prepared
         cursor.put(w.compute("int", self.get(Slot.SAMPLE)))
         prepared.put(0)
 
         def share() -> Term:
-            return ((self.times[cursor.get()] - before) - lag) / h
+            return self.share_of(cursor.get(), h)
 
         def within() -> Term:
             # one more time stands behind the last one: after the end
@@ -349,6 +348,15 @@ class StepperContext:
             write(cursor.get(), share())
             cursor.put(cursor.get() + 1)
         self.put(Slot.SAMPLE, w.compute("float", cursor.get()))
+
+    def share_of(self, k: Term, h: Term) -> Term:
+        """The share of a step at which a sample is."""
+        return ((self.times[k] - self.get(Slot.TIME)) - self.get(Slot.TIME_LAG)) / h
+
+    def has_sample(self, h: Term) -> Term:
+        """Whether a step holds samples; one more time stands behind the last one."""
+        k = self.writer.compute("int", self.get(Slot.SAMPLE))
+        return (k < self.samples) & (self.share_of(k, h) <= 1.0)
 
     def advance(self, h: Term, last: Term) -> None:
         """t + h, or the end itself; the step is counted, and the kernel comes back where it is time."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly
+from kane.motion.steppers.held import Dense, RoughDense
 from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.numeric.arrays import Array as Numbers
@@ -147,10 +148,11 @@ class _Explicit:
         rising = w.select(before > 0.0, w.compute("min", w.compute("max", before / pace, _RISING), 1.0), 1.0)
         ahead = w.compute("max", factor * rising, _LEAST)
         with w.when(error <= 1.0):
-            if self.inspection.looks:
+            along, ahead_of = (self.state, self.after), o.has_sample(h)
+            if self.inspection.watched is not None:
                 self.prepare(h)
-            along = self.state, self.after
-            self.inspection.look(h, last, self.after, lambda w: w.look_along(o.get(Slot.TIME), h, *along))
+            rough = RoughDense(self.between(h), lambda wanted: self.prepare_where(h, wanted | ahead_of))
+            self.inspection.look(h, last, self.after, lambda w: w.look_along(o.get(Slot.TIME), h, *along), rough)
             longer = h * w.compute("min", ahead, w.select(shorter.get() > 0, 1.0, _MOST))
             self.inspection.follow(lambda: self.go_on(h, last, longer, pace))
             shorter.put(0)
@@ -205,6 +207,25 @@ class _Explicit:
         with w.count(o.n) as i:
             for k, row in enumerate(self.tableau.dense):
                 o.work[o.row(self.weights + k) + i] = h * self.combined(row, i)
+
+    def prepare_where(self, h: Term, wanted: Term) -> None:
+        """The same where it is wanted, and events did not want it before."""
+        if self.inspection.watched is None:
+            with self.writer.when(wanted):
+                self.prepare(h)
+
+    def between(self, h: Term) -> Dense:
+        """y at a share of the step by its ends and the rates there, which costs no stages."""
+        w, o = self.writer, self.context
+
+        def dense(theta: Term, array: Array, at: Term) -> None:
+            rest = 1.0 - theta
+            with w.count(o.n) as i:
+                change = o.work[self.after + i] - o.y[i]
+                first, last = h * o.work[i] - change, h * o.work[o.row(self.tableau.stages) + i] - change
+                array[at + i] = o.y[i] + theta * (change + rest * (rest * first - theta * last))
+
+        return dense
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
         """y at a share of the step, from a place on."""

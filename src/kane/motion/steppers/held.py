@@ -12,6 +12,7 @@ kernel finds is only that there may be something: Python then looks at the step 
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
 from kane.numeric.scale import BETTER, POOR, ROUNDED, ROUNDED_SUM, UNUSABLE
@@ -28,10 +29,21 @@ CHANGES = 64
 _GROWN = 2.0
 """Entries of Ã above which sizes are taken anew."""
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
+_WIDE, _GOLDEN = 3.0, 0.381966011250105
+"""The same where a step is looked at in two parts, and the first of them: turns of B are whole in both only if they are many."""
 POORER, DOUBTFUL = 1.0, 2.0
 """What HELD says of a step: dependent speeds follow worse at its end; its constraints may be singular, or not be kept."""
 Dense = Callable[[Term, Array, Term], None]
 """Writes the state at a share of the step into an array from a place on."""
+
+
+class RoughDense(NamedTuple):
+    """The state along a step by what is known at both ends, and what prepares the exact one, where that is asked for."""
+
+    dense: Dense
+    prepare: Callable[[Term], None]
+
+
 COUNTS = (
     "closures", "rows", "speeds", "chosen", "chosen_closures", "entries", "turns", "spheres", "branches", "coordinates",
 )  # fmt: skip
@@ -43,7 +55,7 @@ def room(n: int, counts: dict[str, int]) -> int:
     """How many doubles the array `room` of `ConstraintSolver` has for n components."""
     c, m, s, d = (counts[name] for name in ("closures", "rows", "speeds", "chosen"))
     numbers = 2 * c + m + sum(counts[name] for name in ("branches", "entries", "turns"))
-    return numbers + 2 * m + d * s + 2 * d * d + 2 * d * d + d + s + 2 * n
+    return numbers + 2 * m + d * s + 7 * d * d + 2 * d + s + 2 * n
 
 
 class ConstraintSolver:
@@ -68,7 +80,7 @@ class ConstraintSolver:
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
         self.choices, self.choice_at = w.number("held_choices"), w.number("held_choice_at")
         self.ready, self.log, self.quiet = (w.array(f"held_{name}") for name in ("ready", "log", "quiet"))
-        self.offset, self.next = w.variable("held_offset", INT), w.variable("held_next", INT)
+        self.next = w.variable("held_next", INT)
         self.best = w.variable("held_best")
         self._room_layout()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
@@ -76,34 +88,72 @@ class ConstraintSolver:
         self.least, self.share, self.most, self.inverse = (
             w.variable(f"held_{name}") for name in ("least", "share", "most", "inverse")
         )
+        self.known = w.variable("held_known", INT)
+        self.least_first, self.least_end, self.done, self.ahead, self.before = (
+            w.variable(f"held_{name}") for name in ("least_first", "least_end", "done", "ahead", "least_before")
+        )
 
     def _room_layout(self) -> None:
         """Where what stands in `room`."""
         counts = (self.c, self.c, self.m, self.branches, self.a_count, self.w_count, self.m, self.m)
-        wide = (self.d * self.s, self.d * self.d * 2, self.d * self.d, self.d * self.d, self.d, self.s)
+        square = self.d * self.d
+        wide = (self.d * self.s, square * 2, square, square, square, square, square, self.d, self.d, self.s)
         at, places = self.writer.integer(0), []
         for count in (*counts, *wide):
             places.append(at)
             at = at + count
         self.f, self.terms, self.b, self.cosines, self.a, self.w, self.left, self.sizes = places[:8]
-        self.rows, self.block, self.last, self.gram, self.x, self.delta = places[8:]
+        (
+            self.rows,
+            self.block,
+            self.here,
+            self.last,
+            self.first,
+            self.final,
+            self.gram,
+            self.columns,
+            self.x,
+            self.delta,
+        ) = places[8:]
         self.probe, self.state = at, at + self.context.n
 
     def index(self, array: Array, at: Term) -> Term:
         """An index that is kept as a double."""
         return self.writer.compute("int", array[at])
 
-    def dependent_at(self, j: Term) -> Term:
-        """The jth dependent speed of the choice at hand."""
-        return self.index(self.dependent, self.offset.get() + j)
+    def take(self, choice: Term) -> None:
+        """A choice of dependent speeds is at hand."""
+        with self.writer.few(self.d) as j:
+            self.room[self.columns + j] = self.dependent[choice * self.d + j]
+
+    def pick(self) -> None:
+        """B of Ã is at hand. Where lanes may have other dependent speeds there are few, and none is read at a place of its own."""
+        w, room = self.writer, self.room
+
+        def column(j: Term, k: Term) -> None:
+            with w.few(self.d) as i:
+                room[self.here + i * self.d + j] = room[self.rows + i * self.s + k]
+
+        def own(j: Term, k: Term) -> Term:
+            return room[self.columns + j].equals(w.compute("float", k))
+
+        with w.when(self.choices > 1), w.few(self.d) as j, w.few(self.s) as k, w.when(own(j, k)):
+            column(j, k)
+        with w.otherwise(), w.few(self.d) as j:
+            column(j, self.index(self.dependent, j))
 
     def entry(self, i: Term, j: Term) -> Term:
         """An entry of B."""
-        return self.room[self.rows + i * self.s + self.dependent_at(j)]
+        return self.room[self.here + i * self.d + j]
+
+    def copy(self, block: Term, to: Term) -> None:
+        """Numbers of one B are those of another one."""
+        with self.writer.few(self.d * self.d) as k:
+            self.room[to + k] = self.room[block + k]
 
     def present(self) -> None:
         """The choice of dependent speeds that is stepped is at hand."""
-        self.offset.put(self.writer.compute("int", self.context.get(Slot.CHOICE)) * self.d)
+        self.take(self.writer.compute("int", self.context.get(Slot.CHOICE)))
 
     # --------------------------------------------------------------------------------------------- at a state
 
@@ -224,12 +274,18 @@ class ConstraintSolver:
             self.doubt.put(1)
 
     def regularity(self) -> None:
-        """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it. Of two rows, which most loops have, ‖B⁻¹‖ = ‖B‖/|det B|."""
+        """`least`, and `share`, ‖Ã‖ over it."""
+        self.pick()
+        self.bound()
+        self.share.put(self.norm(self.d * self.s, lambda k: self.room[self.rows + k]) * self.inverse.get())
+
+    def norm(self, count: Term, of: Callable[[Term], Term]) -> Term:
+        """√ Σ x_k²."""
+        return self.writer.compute("sqrt", total(self.writer, count, lambda k: of(k) * of(k)))
+
+    def bound(self) -> None:
+        """`least`, 1/‖B⁻¹‖. Of two rows, which most loops have, ‖B⁻¹‖ = ‖B‖/|det B|."""
         w, room, d = self.writer, self.room, self.d
-
-        def squares(count: Term, of: Callable[[Term], Term]) -> Term:
-            return w.compute("sqrt", total(w, count, lambda k: of(k) * of(k)))
-
         with w.when((d < 2) | (d > 2)):
             with w.few(d) as i, w.few(d) as j:
                 at = self.block + i * d * 2 + j
@@ -237,20 +293,20 @@ class ConstraintSolver:
                 room[at + d] = unit(i, j)
             invert(room, self.block, d)
             with w.few(d) as i:
-                room[self.x + i] = squares(d, lambda k: room[self.block + i * d * 2 + d + k])
-            self.inverse.put(squares(d, lambda k: room[self.x + k]))
+                room[self.x + i] = self.norm(d, lambda k: room[self.block + i * d * 2 + d + k])
+            self.inverse.put(self.norm(d, lambda k: room[self.x + k]))
         with w.otherwise():
             zero, one = w.integer(0), w.integer(1)
             a, b, c, e = self.entry(zero, zero), self.entry(zero, one), self.entry(one, zero), self.entry(one, one)
             self.inverse.put(w.compute("sqrt", a * a + b * b + c * c + e * e) / w.compute("abs", a * e - b * c))
         self.least.put(1.0 / self.inverse.get())
-        self.share.put(squares(d * self.s, lambda k: room[self.rows + k]) * self.inverse.get())
 
     # -------------------------------------------------------------------------------------------- along a step
 
     def begin(self) -> None:
         """Sizes are those of the state at the beginning, and what is known of those before: QUIET is zero then."""
         w, o = self.writer, self.context
+        self.known.put(0)
         with w.when(~(o.get(Slot.QUIET) > 0.0)):
             self.numbers(o.get(Slot.TIME), o.y, w.integer(0))
             with w.few(self.a_count) as e:
@@ -278,6 +334,7 @@ class ConstraintSolver:
         Entries that are rounding of the largest have none.
         """
         w = self.writer
+        self.known.put(0)
         self.most.put(0.0)
         with w.few(self.a_count) as e:
             self.most.put(w.compute("max", self.most.get(), self.reach[e]))
@@ -294,7 +351,9 @@ class ConstraintSolver:
             row, column = (self.index(self.entries, e * 3 + k) for k in (1, 2))
             self.weights[e] = self.row_sizes[row] * self.column_sizes[column]
 
-    def look(self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense) -> None:
+    def look(
+        self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense, rough: RoughDense | None
+    ) -> None:
         """The `end` of a step is projected at its place; where there is a doubt that was not looked at, the kernel `asks`.
 
         It measures before that, as entries of A may have grown since their sizes were taken, which projections go by.
@@ -310,7 +369,15 @@ class ConstraintSolver:
         with w.when(poor & chooses):
             self.choose()
         self.open.put(self.doubt.get())
-        self.passage(begin, h, dense)
+        self.copy(self.here, self.final)
+        self.least_end.put(self.least.get())
+        if rough is None:
+            self.passage(begin, h, dense)
+        else:
+            far = self.goes_far(begin, h, rough.dense)
+            rough.prepare(far | poor | (self.open.get() > 0))
+            with w.when(far):
+                self.passage(begin, h, dense)
         passed = self.doubt.get() > self.open.get()
         with w.when(passed & chooses):
             self.choose()
@@ -343,10 +410,11 @@ class ConstraintSolver:
         """
         w, o = self.writer, self.context
         own = w.compute("int", o.get(Slot.CHOICE))
+        self.regularity()
         self.best.put(self.share.get() * (1 / BETTER))
         self.next.put(-1)
         with w.few(self.choices) as k, w.when((self.ready[k] >= 0.0) & ((k < own) | (own < k))):
-            self.offset.put(k * self.d)
+            self.take(k)
             self.regularity()
             with w.when(self.share.get() < self.best.get()):
                 self.best.put(self.share.get())
@@ -378,45 +446,51 @@ class ConstraintSolver:
     def sample(self, k: Term, t: Term, array: Array, place: Term) -> None:
         """A sample projected, and marked where Python has to."""
         w = self.writer
-        self.present()
         self.project(t, array, place)
         self.regularity()
         with w.when((self.d > 0) & ~(self.share.get() <= 1 / UNUSABLE)):
             self.doubt.put(1)
         self.marks[k] = w.compute("float", self.doubt.get())
 
+    def look_at(self, share: Term, t: Term, h: Term, dense: Dense) -> None:
+        """B and `least` at a share of the step of length h from t."""
+        dense(share, self.room, self.probe)
+        self.numbers(t + share * h, self.room, self.probe)
+        self.matrix()
+        self.pick()
+        self.bound()
+
+    def goes_far(self, t: Term, h: Term, dense: Dense) -> Term:
+        """Whether B may be singular within a step, so that it is to be looked at closely: a look between its ends tells.
+
+        What it was at the beginning is known where a step ended there.
+        """
+        self.look_at(self.writer.constant(_GOLDEN), t, h, dense)
+        far = self.known.get() < 1
+        for block, least in ((self.first, self.least_first), (self.final, self.least_end)):
+            moved = self.moved(block)
+            far = far | ~((least.get() + self.least.get() > _WIDE * moved) & (moved <= _FAR))
+        return far
+
     def passage(self, t: Term, h: Term, dense: Dense) -> None:
         """A doubt where B may have been singular within the step of length h from t."""
-        w, room = self.writer, self.room
-        done, ahead, before = (w.variable(name) for name in ("done", "ahead", "least_before"))
-
-        def last(i: Term, j: Term) -> Term:
-            return room[self.last + i * self.d + j]
-
-        def square(x: Term) -> Term:
-            return x * x
-
-        def keep() -> None:
-            with w.few(self.d) as i, w.few(self.d) as j:
-                room[self.last + i * self.d + j] = self.entry(i, j)
-            before.put(self.least.get())
-
-        def look(share: Term) -> None:
-            dense(share, self.room, self.probe)
-            self.numbers(t + share * h, self.room, self.probe)
-            self.matrix()
-            self.regularity()
-
-        ahead.put(-1.0)
+        w, done, ahead, before = self.writer, self.done, self.ahead, self.before
+        ahead.put(w.select(self.known.get() > 0, _FIRST, -1.0))
         done.put(0.0)
+        before.put(self.least_first.get())
+        self.copy(self.first, self.last)
         with w.repeat(lambda: (done.get() < 1.0) & (self.doubt.get() < 1)):
             share = w.compute("min", done.get() + w.compute("max", ahead.get(), 0.0), 1.0)
-            look(share)
-            moved = total(w, self.d, lambda i: total(w, self.d, lambda j: square(self.entry(i, j) - last(i, j))))
-            moved = w.compute("sqrt", moved)
+            with w.when(share < 1.0):
+                self.look_at(share, t, h, dense)
+            with w.otherwise():
+                self.copy(self.final, self.here)
+                self.least.put(self.least_end.get())
+            moved = self.moved(self.last)
             near = (before.get() + self.least.get() > _CURVED * moved) & (moved <= _FAR)
             with w.when((ahead.get() < 0.0) | near):
-                keep()
+                self.copy(self.here, self.last)
+                before.put(self.least.get())
                 done.put(share)
                 ahead.put(w.select(ahead.get() < 0.0, _FIRST, w.compute("min", ahead.get() * 2.0, _FIRST)))
             with w.otherwise():
@@ -424,9 +498,16 @@ class ConstraintSolver:
                 with w.when(~(ahead.get() > _SHORTEST)):
                     self.doubt.put(1)
 
+    def moved(self, block: Term) -> Term:
+        """How far B is from what it was."""
+        return self.norm(self.d * self.d, lambda k: self.room[self.here + k] - self.room[block + k])
+
     def kept(self) -> None:
         """The step was gone on from, by other dependent speeds from there on, or poor ones, until they become poorer by a quarter."""
         w, o = self.writer, self.context
+        self.copy(self.final, self.first)
+        self.least_first.put(self.least_end.get())
+        self.known.put(1)
         o.put(Slot.MEASURED, 0.0)
         quarter = o.get(Slot.SHARE) * 1.25
         own = w.compute("float", self.next.get()) >= o.get(Slot.CHOICE)
@@ -440,6 +521,7 @@ class ConstraintSolver:
     def change_speeds(self) -> None:
         """Other dependent speeds are stepped from here on."""
         w, o = self.writer, self.context
+        self.known.put(0)
         new = w.compute("float", self.next.get())
         at = w.compute("int", self.log[0]) * 2 + 1
         self.log[at] = o.get(Slot.TIME)

@@ -4,7 +4,7 @@
 from collections.abc import Callable
 
 from kane.motion.steppers.context import ReturnCode, Slot, StepperContext
-from kane.motion.steppers.held import ConstraintSolver
+from kane.motion.steppers.held import ConstraintSolver, RoughDense
 from kane.motion.steppers.watched import Dense, Watched
 from kane.program.kernel.writer import Term
 
@@ -27,10 +27,12 @@ class StepInspection:
         if self.held is not None:
             self.held.begin()
 
-    def look(self, h: Term, last: Term, at: Term, along: Callable[[Watched], None]) -> None:
+    def look(
+        self, h: Term, last: Term, at: Term, along: Callable[[Watched], None], rough: RoughDense | None = None
+    ) -> None:
         """A step of length h whose end stands in `work` at a place: `asks` tells whether Python looks before it is gone on from.
 
-        `along` gives the quantities of events along it.
+        `along` gives the quantities of events along it, `rough` the states where these need not be exact.
         """
         if not self.looks:
             return
@@ -39,7 +41,7 @@ class StepInspection:
         o.asks.put(ReturnCode.ON)
         if self.held is not None:
             end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
-            self.held.look(begin, h, end, (o.work, at), self.dense)
+            self.held.look(begin, h, end, (o.work, at), self.dense, rough)
         if self.watched is not None:
             with w.when(~(o.asks.get() > 0)):
                 along(self.watched)
