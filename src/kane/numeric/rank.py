@@ -132,11 +132,6 @@ def surely_regular(a: Array, threshold: float) -> Mask:
     return np.asarray(whole & (share > max(threshold**power, ROUNDED)))
 
 
-def is_regular(a: Array, threshold: float) -> bool:
-    """Whether the least singular value of A (m × n) counts; the bound is asked first, which takes a tenth of the time."""
-    return bool(a.size and surely_regular(a[None], threshold)[0]) or singular(a).regular(threshold)
-
-
 def _squares(a: Array) -> Array:
     """The sums of squares of matrices (k × m × n)."""
     result: Array = np.einsum("kij,kij->k", a, a)
