@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from kane.attitude import *
     from kane.beams import *
     from kane.cycles import *
-    from kane.equations.compiled import Compiled, Handle
+    from kane.equations.compiled import Compiled
+    from kane.equations.compiled import Handle as Handle
     from kane.equations.equations import Equations, compile, derive
     from kane.equations.jacobian import Jacobian
     from kane.equations.state import OperatingPoint as OperatingPoint
@@ -52,8 +53,18 @@ if TYPE_CHECKING:
         where,
     )
     from kane.expr.piecewise import table
-    from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
-    from kane.expr.symbols import inputs as inputs
+    from kane.expr.symbols import (
+        coordinate,
+        coordinates,
+        input,
+        inputs,
+        parameter,
+        parameters,
+        speed,
+        speeds,
+        state,
+        time,
+    )
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
@@ -266,7 +277,8 @@ def __dir__() -> list[str]:
 
 # In reading order: declare, derive, look, run. Names of families that are not in this list can be reached here, too.
 __all__ = [
-    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "state", "time", "pi",
+    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "inputs", "input", "state",
+    "time", "pi",
     "Rational",
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
     "min", "max", "where", "less", "table",
@@ -278,7 +290,7 @@ __all__ = [
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling",
     "configuration_constraint", "motion_constraint", "contact",
     "reaction", "auxiliary_speed", "Event", "System",
-    "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
+    "derive", "Equations", "compile", "Compiled", "Jacobian", "Settings", "State", "assemble", "guess",
     "signal", "Signal", "sampled", "simulate", "simulate_many", "prepare", "integrators", "Solution", "load_solution",
     "linearize", "trim", "equilibrium", "inverse", "analysis", "plot", "report", "figures",
     "Expr", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "substitute", "evaluate", "free_symbols",

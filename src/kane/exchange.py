@@ -3,6 +3,7 @@
 
 from typing import TYPE_CHECKING
 
+from kane.equations.compiled import Handle
 from kane.interop.autodiff import to_casadi, to_jax, to_torch
 from kane.interop.autolev import from_autolev
 from kane.interop.fmu.archive import FMU, to_fmu
@@ -17,6 +18,7 @@ from kane.lazy_imports import offered as _offered
 
 __all__ = [
     "FMU",
+    "Handle",
     "Imported",
     "LinkShape",
     "Remark",

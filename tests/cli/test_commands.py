@@ -67,7 +67,9 @@ def test_check_warns_of_what_is_missing(tmp_path):
 def test_check_fails_where_the_start_is_singular(tmp_path):
     text = "from kane.gallery.spherical_pendulum import system\n"
     text += "START = {'q': {'phi': 0, 'theta': 0}, 'u': {'u_phi': 1, 'u_theta': 1}}\n"
-    assert "finite rates at START, got none for u_phi'" in line(kane("check", written(tmp_path, text), code=1).stderr)
+    assert "finite rates at the start, got none for u_phi'" in line(
+        kane("check", written(tmp_path, text), code=1).stderr
+    )
 
 
 def test_check_passes_where_other_speeds_are_dependent_at_the_start(tmp_path):

@@ -26,10 +26,8 @@ from kane.equations.equations import repartition
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
 from kane.motion.inputs.functions import input_functions
 from kane.motion.inputs.smooth import check_prescribed
-from kane.motion.start import check_masses, check_regular, regular_otherwise
-from kane.numeric.rank import null_direction
+from kane.motion.start import check_mass_matrix, check_masses, check_regular, regular_otherwise
 from kane.numeric.sampling import finite_number
-from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 from kane.present.overview import DECLARED
 from kane.space.rotation import in_degrees
 
@@ -186,6 +184,7 @@ def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dic
         admitted = AdmittedSpeeds(eom.derived, numbers)
         eom = regular_otherwise(eom, numbers, admitted, lambda make, *by: make(eom, *by)) or eom  # as a simulation does
     check_regular(eom, numbers, t)
+    check_mass_matrix(eom, numbers, t)
     with np.errstate(all="ignore"):
         given = {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
         given["states"] = begin.states
@@ -193,8 +192,8 @@ def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dic
     bad = [n for n, v in zip(rate_names(eom.derived), values, strict=False) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
-            f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, numbers)}. Start elsewhere, or choose "
-            "coordinates and speeds that are regular there."
+            f"Expected finite rates at START, got none for {', '.join(bad)}: the equations are singular there, or a load is not "
+            "defined. Start elsewhere, or choose coordinates and speeds that are regular there."
         )
     return numbers
 
@@ -211,17 +210,6 @@ def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], given: dict[str, Any]
         eom = repartition(eom, other)
         rates = eom.evaluate(list(eom.right_hand_side), **given)
     return rates
-
-
-def _why(eom: kn.Equations, numbers: dict[kn.Expr, Any]) -> str:
-    """What is singular: the mass matrix, or something in a load."""
-    with np.errstate(all="ignore"):
-        mass = np.asarray(kn.evaluate(eom.mass_matrix, numbers), dtype=float)
-    free = null_direction(mass, SOLVE_RANK)
-    if free is None:
-        return "the equations are singular there, or a load is not defined"
-    massless = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
-    return f"the mass matrix is singular there, where {massless} moves no mass"
 
 
 def _missing(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:

@@ -185,20 +185,21 @@ def _more(solved: Solved, watch: Watch, values: Mapping[Expr, Any]) -> Mask:
 
 
 def mass_matrix_in_doubt(solved: Solved, values: Mapping[Expr, Any], pivots: Sequence[Any] = ()) -> Array | None:
-    """M (… × n × n) where it may not determine u̇; None under constraints, and where no pivot is small beside its size.
+    """M (… × n × n) if it may not determine u̇; None under constraints, and if no pivot is small beside its size.
 
-    `pivots` are the numbers of `free_pivots` and of their sizes. At a state, without them, a pivot along a tree may be small that is
-    the same a little beside it.
+    `pivots` are the values of `free_pivots` and of their sizes; without them, at one state, those along a tree are evaluated, which
+    may be small if they are the same a little beside it.
     """
-    own = solved.free_pivots
-    if not own:
+    if solved.embedding is not None:
         return None
-    numbers = pivots or evaluate([*own, *own.values()], values)
-    if all(np.all(np.abs(x) > SURELY_REGULAR * y) for x, y in zip(numbers, numbers[len(own) :], strict=False)):
-        return None
-    groups = [s.coordinates for s in solved.derived.system.euler_parameters]
-    if not pivots and solved.route in WAYS and keep_digits(list(own), values, groups):
-        return None
+    if pivots or solved.route in WAYS:
+        own = solved.free_pivots
+        numbers = pivots or evaluate([*own, *own.values()], values)
+        if all(np.all(np.abs(x) > SURELY_REGULAR * y) for x, y in zip(numbers, numbers[len(own) :], strict=False)):
+            return None
+        groups = [s.coordinates for s in solved.derived.system.euler_parameters]
+        if not pivots and keep_digits(list(own), values, groups):
+            return None
     m = solved.derived.mass_matrix
     return np.asarray(stacked(of_one_shape(evaluate(m.entries, values)), m.shape), dtype=float)
 
