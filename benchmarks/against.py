@@ -21,6 +21,14 @@ from typing import Any
 from benchmarks.paired import Pairs
 
 ROOT = Path(__file__).resolve().parents[1]
+MOTIONS = 20
+SETTINGS: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-9, "samples": 101}
+ONE_BY_ONE = f"{MOTIONS} motions of four-bars, one by one"
+
+
+def cranks(count: int) -> list[float]:
+    """Lengths of cranks (m), each of which turns."""
+    return [0.36 + 0.08 * k / count for k in range(count)]
 
 
 def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
@@ -56,6 +64,10 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
     def nothing() -> None:
         """Nothing has to be done before."""
 
+    def sweep_of_cranks(count: int) -> object:
+        """Motions one by one, as any version has them."""
+        return [kn.simulate(bar, (0, 10), parameters={"a": a}, **SETTINGS, **start) for a in cranks(count)]
+
     motion(bar)
     return {
         "derivation of the bicycle": (sweep, lambda: kn.derive(whipple_bicycle.system())),
@@ -71,6 +83,7 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
         "machine code, rolling disk": (nothing, native(pure_rolling_disk.system)),
         "machine code, four-bar": (nothing, native(four_bar.system)),
         "motion of the four-bar, compiled before": (nothing, lambda: motion(bar)),
+        ONE_BY_ONE: (nothing, lambda: sweep_of_cranks(MOTIONS)),
         "motion of the four-bar, derived and compiled anew": (sweep, lambda: motion(kn.derive(four_bar.system()))),
     }
 

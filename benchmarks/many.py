@@ -5,7 +5,8 @@ Rods start at rest at random angles and move for 10 s, at the loosest tolerances
 is its change over the largest that there is. Both sides run in turn. Two threads are compared with two processes, too, which share
 nothing: each has half of the motions. `python -m benchmarks.many poses`: what a pose costs of a crank's turn and of a trajectory of a
 Stewart platform, in whole calls; a trim beside that of two poses, as the first is searched for. `python -m benchmarks.many
-lanes`: a right-hand side of eight instances at once, an instance, beside one by itself.
+lanes`: a right-hand side of eight instances at once, an instance, beside one by itself. `python -m benchmarks.many four-bars
+OTHER/src`: ten thousand four-bars beside a loop of `kn.simulate` of another checkout.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 from multiprocessing import get_context
+from pathlib import Path
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -22,6 +24,7 @@ from typing import Any
 import numpy as np
 
 import kane as kn
+from benchmarks.against import MOTIONS, ONE_BY_ONE, SETTINGS, Side, cranks
 from benchmarks.native import LANES, Array, kernel_of, lanes_loop
 from benchmarks.paired import paired
 from benchmarks.rhs_cases import optional
@@ -163,10 +166,32 @@ def lanes() -> None:
         print(f"{name}: {eight / LANES:.1f} ns an instance of {LANES}, {one:.1f} by itself")
 
 
+def four_bars(other: Path, count: int = 10_000, pairs: int = 15) -> None:
+    """Many four-bars on one thread beside a loop of `kn.simulate` of another checkout, a motion, in turn."""
+    eom, side = kn.derive(four_bar.system()), Side(other)
+    given: dict[str, Any] = {**four_bar.START, **SETTINGS}
+
+    def run() -> Any:
+        return kn.simulate_many(eom, (0, END), parameters={"a": np.array(cranks(count))}, threads=1, **given)
+
+    runs = run()
+    assert set(runs.status.values) == {"finished"}
+    few = [kn.simulate(eom, (0, END), parameters={"a": a}, **given) for a in cranks(count)[::100]]
+    left = max(np.abs(r).max() for sol in few for r in sol.constraint_residuals.values())
+    print(f"{count} four-bars: constraints are left {left:.1e} m and rad/s at most, in a hundredth of them")
+    side.seconds(ONE_BY_ONE)
+    result = paired(run, lambda: side.seconds(ONE_BY_ONE), pairs)
+    ratios = [b / MOTIONS / (a / count) for a, b in zip(result.a, result.b, strict=True)]
+    print(f"{count} four-bars: {median(result.a) / count * 1e3:.3f} ms a motion, {median(ratios):.0f} times a loop")
+
+
 def main() -> None:
     """Drifts, then pairs: two threads beside one, beside two processes, and the peer; or poses alone, or right-hand sides in lanes."""
     if sys.argv[1:] == ["lanes"]:
         lanes()
+        return
+    if sys.argv[1:2] == ["four-bars"]:
+        four_bars(Path(sys.argv[2]).resolve())
         return
     if sys.argv[1:] == ["poses"]:
         for count in (401, 4001):
