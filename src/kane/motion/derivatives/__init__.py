@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Exact derivatives of motions by their start and by parameters, across events."""
+"""Exact derivatives of hybrid motions with respect to initial values and parameters (sensitivity analysis across events)."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Adjoint`: derivatives of a few numbers made of a motion, by however many parameters and start values, by one sweep backwards.
+"""`Adjoint`: gradients of a few functionals of a motion with respect to any number of parameters and initial values, by the adjoint.
 
-Weights λ = ∂J/∂x go back over the stretches of a motion, and over its events by the transposed saltation matrices. Of ∫ L dt an event
-that is met at another time changes L⁻ − L⁺ times that, too.
+The adjoint λ = ∂J/∂x is integrated backwards over the smooth stretches of a motion, and mapped across events by transposed saltation
+matrices. An event at time τ adds (L⁻ − L⁺) δτ to the derivative of ∫ L dt.
 """
 
 from collections.abc import Sequence
@@ -21,28 +21,28 @@ from kane.numeric.arrays import Array
 from kane.numeric.polynomials import gauss
 
 _ROUGH = 1e-9
-"""Sum of the errors of steps, see `pulling_kernel`, at which weights are known."""
+"""Tolerance of the relative error of the adjoint: the sum of the estimates of all steps, see `pulling_kernel`."""
 _FINER, _MOST = 24, 40
-"""So often are steps made shorter, and so many are made of one, at most; what then is not known is left to collocation."""
+"""Largest number of refinements, and of steps per initial step; beyond either, the variational equations are used instead."""
 _FINDS = 0.3
-"""Pace with which iterations find a step; it is about as long as the step is."""
+"""Contraction factor at which the fixed-point iteration converges; the factor is about proportional to the step length."""
 _ORDER = 16
-"""Of a step."""
+"""Order of the error of a step."""
 _MOST_PARTS = 4
-"""Parts of a step at most that are made of it at once."""
+"""Largest number of parts into which one refinement divides a step."""
 _POINTS = 8
-"""Points of the quadrature of an integrand in a step of collocation."""
+"""Gauss points per step in the quadrature of an integrand, with the variational equations."""
 
 
 class Seeds(NamedTuple):
-    """What m numbers J are made of: ∂J/∂x at samples, by row of the motion (m × n each), and an integrand."""
+    """The seeds of m functionals J: ∂J/∂x at samples, by row of the motion (m × n each), and an integrand."""
 
     rows: dict[int, Array]
     integrand: Integrand | None
 
 
 class _Grid(NamedTuple):
-    """Steps of a stretch: beginnings, lengths, states at their stages (steps × 8 × n), and behind which of them its edges are."""
+    """Steps of a stretch: start times, lengths, stage states (steps × 8 × n), and the count of steps up to each edge but the first."""
 
     t: Array
     h: Array
@@ -51,11 +51,11 @@ class _Grid(NamedTuple):
 
     @property
     def times(self) -> Array:
-        """Those of the stages (steps × 8)."""
+        """The times of the stages (steps × 8)."""
         return _stages(self.t, self.h)
 
     def cut(self, parts: Indices) -> tuple[Array, Array, list[int]]:
-        """Beginnings, lengths and edges with each step in so many parts."""
+        """Start times, lengths and edges after division of each step into the given number of parts."""
         h = np.repeat(self.h / parts, parts)
         place = np.concatenate([np.arange(m) for m in parts])
         behind = np.cumsum(parts)
@@ -67,19 +67,19 @@ def _stages(t: Array, h: Array) -> Array:
 
 
 class Adjoint:
-    """The way back along a motion, which `again` gives at other samples."""
+    """The adjoint integration along `motion`; `again` recomputes the motion at other sample times."""
 
     def __init__(self, walk: Differential, motion: Solution, again: Again) -> None:
         self.walk, self.motion, self.again = walk, motion, again
         self._pulling: dict[Routines, Pulling] = {}
 
     def __call__(self, seeds: Seeds, count: int) -> Weights:
-        """Weights of the start and of parameters, of `count` numbers.
+        """The derivatives of `count` functionals with respect to the initial state and the parameters.
 
         Raises
         ------
         SimulationError
-            if the motion has no derivative, as for the way forwards
+            if the motion is not differentiable, under the same conditions as for `Differential`
         """
         walk, motion = self.walk, self.motion
         walk.begin(motion, [] if seeds.integrand is None else seeds.integrand.checked(motion.equations))
@@ -103,7 +103,7 @@ class Adjoint:
         return weights
 
     def _first(self, s: Stretch) -> tuple[Array, Array, list[int]]:
-        """Beginnings, lengths and edges of the steps that a stretch takes at first: as many in all as the motion took."""
+        """Start times, lengths and edges of the initial steps of a stretch: over all stretches, about as many as the motion took."""
         count = int(np.ceil(self.motion.steps * (s.t1 - s.t0) / max(self.walk.length, 1e-300)))
         parts = s.parts(max(1, count))
         return *s.steps(parts), np.cumsum(parts).tolist()
@@ -111,7 +111,7 @@ class Adjoint:
     def _grids(
         self, stretches: Sequence[Stretch], steps: Sequence[tuple[Array, Array, list[int]]]
     ) -> list[_Grid | None]:
-        """The states at the stages of steps, by one more motion for all stretches; None where times do not tell stages apart."""
+        """The grids of stretches, from one motion sampled at all stage times; None if a stretch is too short to separate the times."""
         times = [_stages(t, h).reshape(-1) for t, h, _ in steps]
         clear = [
             bool(np.all(np.diff(t) > 0) and s.t0 < t[0] and t[-1] < s.t1) for s, t in zip(stretches, times, strict=True)
@@ -132,7 +132,7 @@ class Adjoint:
     def _stretch(
         self, s: Stretch, grid: _Grid | None, end: Weights, edges: dict[int, Array], integrand: Integrand | None
     ) -> Weights:
-        """Weights at its beginning, with steps made shorter until they are known; by collocation where there is no end of it."""
+        """The adjoint at the start of a stretch, with steps refined to tolerance; by the variational equations if refinement fails."""
         own, known = grid, Pulling.serves(s.now.drives)
         for _ in range(_FINER + 1):
             if own is None or not known:
@@ -151,7 +151,7 @@ class Adjoint:
     def _pulled(
         self, s: Stretch, grid: _Grid, end: Weights, edges: dict[int, Array], integrand: Integrand | None
     ) -> Pulled:
-        """Weights at the beginning of the steps, but for those of the edge there."""
+        """The adjoint at the start of the steps, without the seed of the edge there."""
         if s.now not in self._pulling:
             self._pulling[s.now] = Pulling(s.now, self.walk.by)
         seeds = {grid.ends[place - 1] - 1: seed for place, seed in edges.items() if place}
@@ -159,7 +159,7 @@ class Adjoint:
         return self._pulling[s.now](steps, end, seeds, integrand, self.walk.scale)
 
     def _off(self, found: Pulled) -> float:
-        """By how much weights may be off, in their sizes: what steps add up to, or the largest of a parameter."""
+        """Estimated relative error: the sum over all steps, or the largest among the parameters if that is larger."""
         by_p = found.bent / np.maximum(found.weights.sizes, 1e-300)
         off = max(float(found.rough.sum()), float(by_p.max(initial=0)))
         return off if np.isfinite(off) else np.inf
@@ -167,7 +167,7 @@ class Adjoint:
     def _collocated(
         self, s: Stretch, grid: _Grid | None, end: Weights, edges: dict[int, Array], integrand: Integrand | None
     ) -> Weights:
-        """The same by Φ of the way forwards, at the places that are asked for and those of the quadrature."""
+        """The same as `_stretch`, by transition matrices Φ of the variational equations at the edges and quadrature points."""
         n, x = self.motion.states.shape[1], s.x
         if x is None:
             (x,) = states_of_phase(self.again(np.array([s.t0])), s.phase, np.array([s.t0]))
@@ -195,14 +195,14 @@ class Adjoint:
     # ------------------------------------------------------------------------------------------ one event, or breakpoint
 
     def _leapt(self, leap: Leap, after: Weights, integrand: Integrand | None) -> Weights:
-        """Weights before a breakpoint that parameters move."""
+        """The adjoint before a breakpoint whose time depends on parameters."""
         moved = after.x @ leap.x
         if integrand is not None:
             moved = moved + np.outer(integrand.factors, integrand.jump(leap.before, leap.behind) * leap.t)
         return after._replace(p=after.p + moved, sizes=after.sizes + np.abs(moved))
 
     def _across(self, number: int, after: Weights, integrand: Integrand | None) -> Weights:
-        """Weights before the event with which a phase begins."""
+        """The adjoint before the event at which a phase begins."""
         motion, walk = self.motion, self.walk
         n, k = motion.states.shape[1], len(walk.by)
         row = int(np.flatnonzero(motion.phase == number - 1)[-1])
@@ -216,9 +216,9 @@ class Adjoint:
 
 
 def _parts(rough: Array, off: float) -> Indices:
-    """Into how many parts steps are cut: those with more than their share of what is off; all, where that is not of steps.
+    """The number of parts into which each step is divided: by its error estimate, or all by two if no single step exceeds its share.
 
-    Those that were not found, or not come to, are cut into as many as may be.
+    Steps whose iteration failed or that were not reached are divided into `_MOST_PARTS`.
     """
     share = rough * len(rough) / _ROUGH
     parts = np.where(share > 1, np.ceil(np.minimum(share, 1e300) ** (1 / _ORDER)), 1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`AdjointSensitivities`: derivatives of what is asked of a motion, by any number of parameters, each found by a way back along it."""
+"""`AdjointSensitivities`: derivatives of functionals of a motion with respect to any number of parameters, by the adjoint."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
 Back = Callable[[Seeds, int, Array], tuple[Array, float]]
-"""∂J/∂b (m × k) of seeds of m numbers, and what J has of parameters themselves (m × parameters); and ∫ L dt."""
+"""(seeds, m, explicit ∂J/∂p (m × parameters)) ↦ total derivatives ∂J/∂b (m × k) of m functionals J, and ∫ L dt."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,7 +62,7 @@ class AdjointSensitivities(Attributes):
         return self._at_samples(slopes).reshape(len(self.t), *shape, len(self.by))
 
     def _at_samples(self, slopes: Array) -> Array:
-        """∂/∂b (samples × m × k) of m numbers with slopes by (x, p) at each sample (samples × m × n + parameters)."""
+        """d/db (samples × m × k) of m quantities with partial derivatives by (x, p) at each sample (samples × m × n + parameters)."""
         count, m, _ = slopes.shape
         n = self.motion.states.shape[1]
         rows = {k: np.zeros((count * m, n)) for k in range(count)}
@@ -134,6 +134,6 @@ class Cost(NamedTuple):
 
 
 def _one(motion: Solution, what: Any) -> Expr:
-    """An expression, or what a name stands for."""
+    """An expression, or the expression that a name denotes."""
     found = asked(motion.equations.derived, what) if isinstance(what, str) else None
     return as_expr(what) if found is None else found.roots[0]

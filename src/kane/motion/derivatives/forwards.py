@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Sensitivities`: the derivatives of a motion, and of anything along it, at every sample."""
+"""`Sensitivities`: the derivatives of a motion, and of expressions along it, at every sample."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ def slopes_along(motion: Solution, expr: Expr, by: tuple[Parameter, ...]) -> Arr
 
 
 def differentiable(motion: Solution, what: Any) -> tuple[Sequence[Expr], tuple[int, ...]]:
-    """What is asked for, of one kind, and its shape."""
+    """The roots and the shape of the requested quantity; ExpressionError for a list of several."""
     wanted = asked(motion.equations.derived, what)
     if wanted.shape is None:
         raise ExpressionError(

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What events do to a state, to first order: the gradient of what they watch, and the derivative of what they set.
+"""First-order behaviour of events: gradients of event functions, and derivatives of the resets g(x⁻, t, p).
 
-Expressions are differentiated. Impacts of contacts, and actions that are functions of Python, are maps from numbers to numbers: their
-derivative is taken by differences of sixth order, of the map alone and never of a motion; two lengths of it must agree. They are
-central ones, but to one side where the map ends: a coefficient of restitution is not above 1.
+Expressions are differentiated symbolically. Impacts of contacts and actions written in Python are maps between numbers and are
+differentiated by sixth-order differences, applied to the map alone and never to a motion; two step lengths must agree. Differences
+are central, but one-sided at the boundary of the domain of the map: a coefficient of restitution is at most 1.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -38,9 +38,9 @@ _WEIGHTS: tuple[dict[int, float], ...] = (
     dict(enumerate(_FORWARD)),
     {-k: -w for k, w in enumerate(_FORWARD)},
 )
-"""At so many lengths from the place: on both sides, behind it, before it."""
+"""Difference weights by offset in step lengths: central, forward, backward."""
 _LENGTHS = tuple(1e-2 / 4**k for k in range(7))
-"""Shares of the size of each component over which a map is differenced; the two neighbours that differ least count."""
+"""Step lengths relative to the size of each component; the result is from the two successive ones that differ least."""
 
 
 class Gradient(NamedTuple):
@@ -52,7 +52,7 @@ class Gradient(NamedTuple):
 
 
 class JumpSlopes(NamedTuple):
-    """δx⁺ = x δx + t δt + p δp of the action of an event."""
+    """δx⁺ = x δx + t δt + p δp of a reset."""
 
     x: Array
     t: Array
@@ -60,12 +60,12 @@ class JumpSlopes(NamedTuple):
 
 
 def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> list[Gradient]:
-    """The gradients of expressions, which may hold reactions and accelerations, inputs being what they are.
+    """The gradients of expressions, which may contain reactions and accelerations; input laws are substituted.
 
     Raises
     ------
     SimulationError
-        if an expression depends on an input that is a function of Python
+        if an expression depends on an input that is a Python function
     """
     eom, n = side.now.eom, side.now.width
     drives = dict(zip(eom.inputs, side.now.drives, strict=True))
@@ -85,7 +85,7 @@ def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> lis
 
 
 def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> JumpSlopes:
-    """The derivative of what an event does, between the state `before` and `after`."""
+    """The derivative of the action of an event, between the states `before` and `after`."""
     n, k = before.now.width, len(by)
     if event.then is None:
         return JumpSlopes(np.eye(n), np.zeros(n), np.zeros((n, k)))
@@ -105,7 +105,7 @@ def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> 
 
 
 def check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) -> None:
-    """What an action sets besides the state must be the same each time."""
+    """Raises SimulationError if an action sets an input, or sets a parameter in `by` or a parameter to a variable value."""
     for s, what in own.items():
         if isinstance(s, Parameter) and (s in set(by) or free_symbols([what])):
             raise SimulationError(
@@ -120,7 +120,7 @@ def check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) 
 
 
 def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequence[Parameter]) -> JumpSlopes:
-    """Dependent values follow: δx⁺ is a change that the constraints allow, and that in all others is as it was set or kept."""
+    """Projects δx⁺ onto the tangent space of the constraints: dependent values follow, all others are as set or kept."""
     basis, shift_t, shift_p = allowed(after, by)
     eom = after.now.eom
     nq = len(eom.coordinates)
@@ -146,12 +146,12 @@ def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequ
 def differenced(
     map_: Callable[[Array], Array], at: Array, sizes: Array, what: str, ends: tuple[type[Exception], ...] = ()
 ) -> Array:
-    """∂map/∂z (m × n) by differences of sixth order; by errors of the kinds `ends` the map says that it ends, others are its own.
+    """∂map/∂z (m × n) by sixth-order differences; errors of the types `ends` mark the boundary of the domain of the map.
 
     Raises
     ------
     SimulationError
-        if no two lengths of the difference agree
+        if no two step lengths agree
     """
 
     def column(i: int, length: float, weights: Mapping[int, float]) -> Array:
@@ -162,7 +162,7 @@ def differenced(
     ended: list[Exception] = []
 
     def every(i: int, weights: Mapping[int, float]) -> list[Array]:
-        """The columns of the lengths with which the map does not end."""
+        """The columns of those step lengths that stay within the domain of the map."""
         result = []
         for length in _LENGTHS:
             try:
@@ -188,18 +188,18 @@ def differenced(
 
 
 def _sizes(before: Side) -> Array:
-    """By what each component is measured: itself, and a share of the largest of its kind."""
+    """The size by which each component is measured: its magnitude, at least a tenth of the largest."""
     size = np.abs(before.x)
     return np.maximum(size, 0.1 * (size.max(initial=0) or 1.0))
 
 
 def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlopes:
-    """Of an action that is a function of Python.
+    """The derivative of an action that is a Python function.
 
     Raises
     ------
     SimulationError
-        if it sets inputs, or parameters to something else than numbers that are always the same
+        if it sets inputs, or sets parameters to values that are not constant
     """
     first, own, n = before.now.eom, before.phase, before.now.width
     place = {s: i for i, s in enumerate(own.parameters)}
@@ -222,7 +222,7 @@ def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlo
 
 
 def _goes_on(f: Any, g: Any) -> bool:
-    """Whether an input is as it was; parameters in it may have other values."""
+    """Whether an input is unchanged; parameters in its expression may have other values."""
     return same_drive(f, g) or (isinstance(f, Formula) and isinstance(g, Formula) and f.whole is g.whole)
 
 
@@ -233,7 +233,7 @@ def _refuse(found: Sequence[Expr], event: Event) -> None:
 
 
 def parameters_of(phase: Phase) -> dict[Expr, Any]:
-    """The values of parameters, of the equations or of inputs alone."""
+    """The values of all parameters, those that occur only in inputs included."""
     gains = [f.gains for f in phase.inputs.values() if isinstance(f, Formula)]
     return {s: v for values in (*gains, phase.parameters) for s, v in values.items()}
 
@@ -244,7 +244,7 @@ def _values(phase: Phase, by: Sequence[Parameter]) -> Array:
 
 
 def _at(phase: Phase, by: Sequence[Parameter], values: Array) -> Phase:
-    """A phase at other values of parameters, those in its inputs included."""
+    """A phase with other parameter values, also within its inputs."""
     new = dict[Expr, Any](zip(by, values.tolist(), strict=True))
 
     def drive(f: Any) -> Any:
@@ -269,7 +269,7 @@ def _split(
 
 
 def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Parameter]) -> JumpSlopes:
-    """Of an impact of contacts, in which contact `hits` closes; other contacts that stay closed are another law."""
+    """The derivative of an impact in which contact `hits` closes; SimulationError if other contacts stay closed in nearby impacts."""
     modes = before.now.eom.system.modes
     closed = {i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED} | {hits}
     n, symbols = before.now.width, motion.numbers.bundle.ports[2].symbols

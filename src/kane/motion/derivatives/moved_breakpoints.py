@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Breakpoints that parameters move: where c(t, p) comes to a level, at which rates jump, δτ = −(∂c/∂p δp)/(∂c/∂t).
+"""Breakpoints in time that depend on parameters: rates jump where c(t, p) reaches a level, and δτ = −(∂c/∂p δp)/(∂c/∂t).
 
-There the state changes by δx⁺ = δx⁻ + (f⁻ − f⁺) δτ, as at an event that sets nothing; ∫ L dt by (L⁻ − L⁺) δτ. Where several come
-together there is a derivative if those at which something jumps are moved alike.
+There the sensitivity changes by δx⁺ = δx⁻ + (f⁻ − f⁺) δτ, as at an event without a reset, and ∫ L dt by (L⁻ − L⁺) δτ. Where several
+breakpoints coincide, a derivative exists if all at which something jumps have the same δτ.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,7 +27,7 @@ from kane.numeric.arrays import Array
 
 
 class MovedBreakpoint(NamedTuple):
-    """When a quantity turns something, and δτ/δp (k) of that time."""
+    """The time t at which a quantity reaches its level, δτ/δp (k) of that time, and the quantity."""
 
     t: float
     slopes: Array
@@ -35,7 +35,7 @@ class MovedBreakpoint(NamedTuple):
 
 
 def clocks(eom: Equations, phase: Phase, more: Iterable[Expr] = ()) -> list[tuple[Clock, dict[Expr, Any]]]:
-    """What turns at times in a phase, of the rates, its inputs and `more`, with the values of parameters there."""
+    """The clocks of a phase (switching surfaces in time alone) of rates, inputs and `more`, each with the parameter values."""
     drives = [f for f in phase.inputs.values() if isinstance(f, Formula)]
     known = dict[Expr, Any](phase.parameters)
     for f in drives:
@@ -50,7 +50,7 @@ def _clock(_: Equations, e: Expr) -> Clock:
 
 
 def moves_breakpoints(eom: Equations, laws: Iterable[Expr], by: Sequence[Expr]) -> bool:
-    """Whether some of `by` move times at which rates or laws of inputs turn."""
+    """Whether breakpoints of the rates or of the laws of inputs depend on any of `by`."""
     own = set(by)
     every = (eom.numeric().value(timed), *(clock([e]) for e in laws))
     return any(not own.isdisjoint(free_symbols([one.quantity])) for found in every for one in found.turning)
@@ -59,7 +59,7 @@ def moves_breakpoints(eom: Equations, laws: Iterable[Expr], by: Sequence[Expr]) 
 def moved_breakpoints(
     eom: Equations, phase: Phase, span: Span, by: Sequence[Parameter], more: Iterable[Expr] = ()
 ) -> list[MovedBreakpoint]:
-    """Those of a phase within a span, and those that stay, at which the slopes are zero."""
+    """The breakpoints of a phase within a span; the slopes of those that do not depend on parameters are zero."""
     own, result = set(by), list[MovedBreakpoint]()
     for one, known in ((one, known) for found, known in clocks(eom, phase, more) for one in found.turning):
         symbols = free_symbols([one.quantity])
@@ -76,7 +76,7 @@ def moved_breakpoints(
 
 
 def _on_sides(eom: Equations, quantity: Expr, laws: Laws, more: tuple[Expr, ...]) -> list[Expr]:
-    """Rates and `more` where a quantity is below its level, then where it is above."""
+    """Rates and `more` with a quantity below its level, then with it above."""
     roots = laws.read(eom, [*eom.right_hand_side, *more])
     side = Parameter.declare("side")
     own = {s.quantity: side for s in switches(roots) if _turning(s.quantity) is quantity}
@@ -86,12 +86,12 @@ def _on_sides(eom: Equations, quantity: Expr, laws: Laws, more: tuple[Expr, ...]
 
 
 def _turning(quantity: Expr) -> Expr:
-    """What comes to the levels of a switch: of a table its argument."""
+    """The quantity whose level is crossed: for a piecewise function (table), its argument."""
     return quantity.args[0] if isinstance(quantity.op, Piecewise) else quantity
 
 
 def own_jump(now: Routines, quantity: Expr, more: Iterable[Expr], at: tuple[Array, Array]) -> Array:
-    """By how much rates and `more` (n + … × m) differ beside a quantity's level, all else as at times (m) and states (m × n)."""
+    """|difference| of rates and `more` (n + … × m) between both sides of a quantity's level, at times (m) and states (m × n)."""
     laws = Laws(dict(zip(now.eom.inputs, now.drives, strict=True)))
     roots = now.eom.numeric(now.settings).value(_on_sides, quantity, laws, tuple(more))
     below, above = np.split(evaluated(roots, now, *at), 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""∂f/∂p along a motion: by parameters of the equations, and by those of inputs that are expressions, f(x, t, p, r(x, t, p))."""
+"""∂f/∂p along a motion, for parameters of the equations and of inputs that are expressions: f(x, t, p, r(x, t, p))."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -19,14 +19,14 @@ from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
 
 Slopes = Callable[[Array, Array], Array] | None
-"""A derivative of f (m × n × k) at times (m) and states (m × n); None where it is zero.
+"""A derivative of f (m × n × k) at times (m) and states (m × n); None if it is identically zero.
 
-It is written out and compiled when it is first asked for: the way back along a motion hardly ever needs it.
+Derived and compiled at the first call, because the backward integration rarely needs it.
 """
 
 
 def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
-    """∂(q̇, u̇, ȧ)/∂symbols, parameters or inputs."""
+    """∂(q̇, u̇, ȧ)/∂symbols, with respect to parameters or inputs."""
     return Bundle(
         "by_parameters",
         ports(eom.derived),
@@ -36,14 +36,14 @@ def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
 
 
 def law_slopes(now: Routines, by: Sequence[Symbol]) -> dict[Symbol, list[Expr]]:
-    """∂r/∂symbols, a row for each input that is an expression of some of them."""
+    """∂r/∂symbols: one row for each input whose expression depends on some of them."""
     laws = {s: f.whole for s, f in zip(now.eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
     turned = {s: [tangent(e, {p: ONE}) for p in by] for s, e in laws.items()}
     return {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
 
 
 def evaluated(exprs: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array:
-    """Values (expressions × m) at times (m) and states (m × n), those of gains of inputs included."""
+    """Values (expressions × m) at times (m) and states (m × n); parameters of inputs are substituted."""
     eom = now.eom
     values: dict[Expr, Any] = {}
     for f in now.drives:
@@ -55,7 +55,7 @@ def evaluated(exprs: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array
 
 
 def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
-    """∂f/∂r ∂r/∂symbols (m × n × k) of inputs that are expressions, at times (m) and states (m × n); None where it is zero."""
+    """∂f/∂r ∂r/∂symbols (m × n × k) of inputs that are expressions, at times (m) and states (m × n); None if identically zero."""
     turned = law_slopes(now, by)
     if not turned:
         return None
@@ -69,7 +69,7 @@ def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
 
 
 def input_changes(now: Routines, t: float, x: Array, by: Sequence[Symbol]) -> Array:
-    """∂r/∂(time, symbols) (inputs × 1 + k) at a state; by time, where equations hold the rate of an input, that rate."""
+    """∂r/∂(t, symbols) (inputs × 1 + k) at a state; where the equations contain the rate of an input, ∂r/∂t is that rate."""
     place: dict[Any, int] = {s: k for k, s in enumerate(now.eom.inputs)}
     result = np.zeros((len(place), 1 + len(by)))
     for s, row in law_slopes(now, (time, *by)).items():
@@ -81,7 +81,7 @@ def input_changes(now: Routines, t: float, x: Array, by: Sequence[Symbol]) -> Ar
 
 
 def forcing(now: Routines, by: Sequence[Symbol]) -> Slopes:
-    """∂f/∂p (m × n × k) at times (m) and states (m × n); None where there are no parameters."""
+    """∂f/∂p (m × n × k) at times (m) and states (m × n); None without parameters."""
     if not by:
         return None
     own = set(now.eom.parameters)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions over a span as functions of chosen unknowns, parameters and start values, with their derivatives."""
+"""Motions over a span as functions of unknown parameters and initial values, with their derivatives."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,9 +35,9 @@ _STARTS = ("q", "u", "states")
 
 @dataclass(frozen=True, eq=False)
 class ParametricMotion:
-    """Motions over a span from a start that is assembled, and their derivatives by the unknowns `by`.
+    """Motions over a span from an assembled initial state, and their derivatives with respect to the unknowns `by` (b).
 
-    `given` has the parameters and start values as they were told.
+    `given` contains the parameters and initial values as the user specified them.
     """
 
     map: ReturnMap
@@ -49,7 +49,7 @@ class ParametricMotion:
         eom: Equations, span: Any, by: Any, given: State, tolerances: tuple[float, float], settings: Settings | None,
         further: Mapping[str, Any] | None = None,
     ) -> "ParametricMotion":  # fmt: skip
-        """Of the arguments as they were given, and `further` options of the motions."""
+        """From the user's arguments, and `further` options of the motions."""
         check_equations(eom)
         start, end = check_span(span)
         for name, value in zip(("rtol", "atol"), tolerances, strict=True):
@@ -58,11 +58,11 @@ class ParametricMotion:
         return ParametricMotion(map_, given, unknowns(eom, given.inputs, by))
 
     def over(self, start: float, end: float) -> "ParametricMotion":
-        """The same over another span."""
+        """A copy with another time span."""
         return replace(self, map=replace(self.map, t0=start, period=end - start, within=end - start))
 
     def at(self, values: Mapping[Symbol, float]) -> "ParametricMotion":
-        """The same at values of unknowns."""
+        """A copy with given values of unknowns."""
         eom = self.map.eom
         names = {s.name for s in values if isinstance(s, Parameter)}
         parameters = {p: v for p, v in dict(self.given.parameters or {}).items() if getattr(p, "name", p) not in names}
@@ -74,37 +74,37 @@ class ParametricMotion:
         return replace(self, given=replace(self.given, **groups, parameters=parameters))
 
     def _start_values(self, kind: str) -> dict[Any, Any]:
-        """The start values of a kind that were given."""
+        """The specified initial values of a kind: q, u or further states."""
         return dict(named_values(kind, getattr(self.map.eom, GROUPS[kind]), getattr(self.given, kind)))
 
     @property
     def end(self) -> float:
-        """When motions end, as they count it: within rounding of what was given."""
+        """The final time as motions compute it; it agrees with the specified one up to rounding."""
         return self.map.t0 + self.map.within
 
     @property
     def free(self) -> tuple[Symbol, ...]:
-        """The unknowns that are start values."""
+        """The unknowns that are initial values."""
         return tuple(s for s in self.by if not isinstance(s, Parameter))
 
     @property
     def parameters(self) -> dict[Expr, Any]:
-        """Values of all parameters, those that stand in inputs alone included where they were given."""
+        """Values of all parameters; those that occur only in inputs are included if specified."""
         return self.map.known(self.given.parameters)
 
     @property
     def start(self) -> Array:
-        """(q, u, a) at the start, on the constraints."""
+        """The initial state (q, u, a), on the constraint manifold."""
         return self.map.admitted(replace(self.given, parameters=self.parameters))
 
     @property
     def first(self) -> Array:
-        """Values of the unknowns: as they were given, start values that were not as they are assembled.
+        """Initial guesses of the unknowns: specified values, or for initial values without one those of the assembled state.
 
         Raises
         ------
         SimulationError
-            if a parameter has none
+            if an unknown parameter has no value
         """
         eom, known = self.map.eom, self.parameters
         values: dict[Any, Any] = {s: known.get(s, s.default) for s in self.by if isinstance(s, Parameter)}
@@ -117,12 +117,12 @@ class ParametricMotion:
         return np.array([float(v.value if isinstance(v := values[s], Guess) else v) for s in self.by])
 
     def limits(self, bounds: Mapping[Any, Any] | None) -> tuple[Array, Array]:
-        """Lower and upper bounds of the unknowns, of {unknown: (low, high)} with None for none.
+        """Lower and upper bounds of the unknowns, from {unknown: (low, high)} with None for no bound.
 
         Raises
         ------
         SimulationError
-            if bounds are no two numbers in order, or leave out where the search begins
+            if bounds are not two ascending numbers, or exclude the initial guess
         """
         low, high = np.full(len(self.by), -np.inf), np.full(len(self.by), np.inf)
         place = {s: k for k, s in enumerate(self.by)}
@@ -137,7 +137,7 @@ class ParametricMotion:
         return low, high
 
     def motion(self, samples: Any) -> Solution:
-        """The motion; samples beyond its end by rounding are at its end."""
+        """The motion; sample times that exceed the final time by rounding are set to it."""
         times = samples
         if np.ndim(samples):
             times = expect.floats(samples, "a number of samples or their times", error=SimulationError)
@@ -146,25 +146,25 @@ class ParametricMotion:
         return self.map.motion(self.start, self.parameters, times)
 
     def sensitivities(self, motion: Solution) -> Sensitivities:
-        """The derivatives at the samples of a motion."""
+        """The derivatives at the samples of a motion, by the variational equations."""
         walk, begin, places = self._begun(motion)
         found = walk.along(motion, self.map.again(motion, self.parameters), begin)
         return Sensitivities(motion, self.by, found[:, :, places])
 
     def _begun(self, motion: Solution) -> tuple[Differential, Array, list[int]]:
-        """What differentiates a motion, δx of its start, and where in (start values, parameters) the unknowns are."""
+        """The `Differential` of a motion, δx of its start, and the columns of the unknowns in (initial values, parameters)."""
         own = tuple(s for s in self.by if isinstance(s, Parameter))
         walk = self.map.walk(own)
         order = {s: k for k, s in enumerate((*self.free, *own))}
         return walk, self._start_slopes(walk.side(motion, 0)), [order[s] for s in self.by]
 
     def _start_slopes(self, side: Side) -> Array:
-        """δx of the start (n × start values + parameters)."""
+        """δx of the start (n × initial values + parameters)."""
         kept = [s for kind in _STARTS[:2] for s, v in self._start_values(kind).items() if not isinstance(v, Guess)]
         return _start_slopes(side, (self.free, kept), tuple(s for s in self.by if isinstance(s, Parameter)))
 
     def start_slopes(self, x: Array) -> Array:
-        """∂x/∂b of the start x (n × b)."""
+        """∂x/∂b of the initial state x (n × b)."""
         eom, constants, own = self.map.eom, self.parameters, set(self.map.eom.parameters)
         drives = self.map.drives(constants)
         p, usual = np.array([constants[s] for s in eom.parameters]), {s: v for s, v in constants.items() if s in own}
@@ -174,7 +174,7 @@ class ParametricMotion:
         return np.asarray(found[:, [order[s] for s in self.by]])
 
     def backwards(self, motion: Solution) -> AdjointSensitivities:
-        """The derivatives of a motion by ways back along it."""
+        """The derivatives of a motion by the adjoint."""
         walk, begin, places = self._begun(motion)
         adjoint = Adjoint(walk, motion, self.map.again(motion, self.parameters))
 
@@ -188,7 +188,7 @@ class ParametricMotion:
 
 
 def interval(given: Any) -> tuple[float, float]:
-    """(low, high), infinite where one is None; NaN of what is no such pair."""
+    """(low, high) as floats, infinite for None; NaN if `given` is not such a pair."""
     try:
         low, high = given
         return (-np.inf if low is None else float(low)), (np.inf if high is None else float(high))
@@ -197,7 +197,7 @@ def interval(given: Any) -> tuple[float, float]:
 
 
 def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
-    """What is varied, in order, once each; inputs are as they were `given`."""
+    """The unknowns, in order and without duplicates; `given` are the inputs, whose parameters may be among them."""
     inputs, known = [e for e in dict(given or {}).values() if isinstance(e, Expr)], set(eom.parameters)
     free = [s for s in free_symbols(inputs) if isinstance(s, Parameter) and s not in known]
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
@@ -210,10 +210,10 @@ def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
 
 
 def _start_slopes(side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]) -> Array:
-    """δx of the start: by start values, and what constraints add to a change of parameters.
+    """δx of the start: by initial values, and the change that constraints require where a parameter changes.
 
-    Of the start values those by which the motion is differentiated are independent, then those that were given, then others, as many
-    as the constraints leave; they stay where a parameter changes.
+    Independent are first the initial values that are unknowns, then specified ones, then others, up to the number that the
+    constraints leave free; independent values do not change with a parameter.
     """
     free, told = starts
     eom, n = side.now.eom, side.now.width

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Weights of the end of a stretch of a motion, pulled back to its beginning along the motion that was found.
+"""Backward integration of the adjoint over a stretch of a motion whose states are known.
 
-wᵀ ∂f/∂(x, p, r) is one routine, made by one sweep backwards through the equations; a kernel calls it from step to step
-(`pulling_kernel`). What laws of inputs and an integrand add is evaluated beside it, for some steps at a time.
+One routine computes the vector-Jacobian product wᵀ ∂f/∂(x, p, r) by reverse differentiation of the equations; a kernel calls it step
+by step (`pulling_kernel`). Contributions of input laws and of an integrand are evaluated separately, for blocks of steps.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -36,11 +36,11 @@ from kane.program.program import Port
 
 _B = np.array(NODES.b)
 _DOUBLES = 1 << 21
-"""So many, at most, are kept of the stages of steps."""
+"""Largest number of doubles stored for the stages of a block of steps."""
 
 
 def pulls(eom: Equations, *by: Symbol) -> Bundle[Array]:
-    """wᵀ ∂(q̇, u̇, ȧ)/∂symbols, in one sweep backwards."""
+    """wᵀ ∂(q̇, u̇, ȧ)/∂symbols, by one reverse sweep."""
     w = along("w", eom.state)
     t, x, *given = ports(eom.derived)
     own = (t, x, Port("w", w, noun="weight", nouns="weights"), *given)
@@ -61,9 +61,9 @@ class StageStates(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """∂J/∂x (m × n) and ∂J/∂p (m × k) of m numbers J at an instant, and what ∂J/∂p was added up of, in size.
+    """∂J/∂x (m × n) and ∂J/∂p (m × k) of m functionals J at an instant; `sizes` are the sums of absolute contributions to ∂J/∂p.
 
-    `integral` is ∫ L dt from there to the end.
+    `integral` is ∫ L dt from that instant to the end.
     """
 
     x: Array
@@ -73,9 +73,9 @@ class Weights(NamedTuple):
 
 
 class Pulled(NamedTuple):
-    """Weights at the beginning; errors of the steps, infinite where one was not found, and of parameters, in their units.
+    """The weights at the start; error estimates of steps (infinite where the iteration failed), and of ∂J/∂p, absolute.
 
-    `pace` is the share of a change in the one before, where iterations have not found a step.
+    `pace` is the contraction factor of the iteration in a step where it did not converge.
     """
 
     weights: Weights
@@ -86,7 +86,7 @@ class Pulled(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Integrand:
-    """L of ∫ L dt: an expression, and which of m numbers J it adds to, with which factor (m)."""
+    """L of ∫ L dt: an expression, and the factor with which the integral enters each of m functionals J (m)."""
 
     expr: Expr
     factors: Array
@@ -99,17 +99,17 @@ class Integrand:
         return table[0], table[1 : 1 + now.width].T, table[1 + now.width :].T
 
     def jump(self, before: Side, behind: Side) -> float:
-        """L⁻ − L⁺ of two sides of an instant."""
+        """L⁻ − L⁺ across an instant."""
         first, second = (float(self.slopes(s.now, (), np.array([s.t]), s.x[None])[0][0]) for s in (before, behind))
         return first - second
 
     def checked(self, eom: Equations) -> list[Expr]:
-        """L with inputs as their laws.
+        """L with the laws of inputs substituted.
 
         Raises
         ------
         SimulationError
-            if it jumps at states
+            if it is discontinuous in the state
         """
         own = Laws(self.inputs).read(eom, [self.expr])
         jumping = next((s for s in turning({"integral": own}) if s.jumps), None)
@@ -123,14 +123,14 @@ class Integrand:
 
 
 class Laws:
-    """Inputs that are expressions, by symbol: equal where the expressions are."""
+    """The laws of inputs that are expressions, by symbol; compared and hashed by the identity of the expressions."""
 
     def __init__(self, inputs: Mapping[Any, Any]) -> None:
         self.whole: dict[Expr, Expr] = {s: f.whole for s, f in inputs.items() if isinstance(f, Formula)}
         self._key = tuple(id(e) for pair in self.whole.items() for e in pair)
 
     def read(self, eom: Equations, exprs: Sequence[Expr]) -> list[Expr]:
-        """Expressions in a mode of contacts, with inputs as their laws and no unknowns."""
+        """Expressions in the contact mode of the equations, with input laws substituted and accelerations and reactions eliminated."""
         held = in_mode(eom.system.contacts, eom.system.modes, exprs)
         plain = without_unknowns(eom.solved, [substituted(e, self.whole) for e in held])
         return [substituted(e, self.whole) for e in plain]
@@ -143,13 +143,13 @@ class Laws:
 
 
 def slopes_with_laws(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws: Laws) -> list[Expr]:
-    """An expression with inputs as their laws, and its gradient by the state and parameters."""
+    """An expression with input laws substituted, and its gradient with respect to state and parameters."""
     (whole,) = laws.read(eom, [expr])
     return [whole, *gradient(whole, [*eom.state, *by])]
 
 
 class _Gains(NamedTuple):
-    """What parameters gain (rows × p), what it is added up of in size, by how much it may be off; and ∫ L dt (1)."""
+    """Contributions to ∂J/∂p (rows × p), their absolute sums and error estimates; and ∫ L dt (1)."""
 
     own: Array
     sized: Array
@@ -158,12 +158,12 @@ class _Gains(NamedTuple):
 
     @staticmethod
     def none(rows: int, count: int) -> "_Gains":
-        """Nothing yet."""
+        """Zero contributions."""
         own, sized, bent = np.zeros((3, rows, count))
         return _Gains(own, sized, bent, np.zeros(1))
 
     def add(self, given: Array, slopes: Array) -> None:
-        """Of weights (rows × steps × laws · 8), those of the nodes among them, times slopes (steps × laws × 8 × p)."""
+        """Adds the products of weights at the nodes (rows × steps × laws · 8) and slopes (steps × laws × 8 × p)."""
         rows, steps, count = given.shape
         by = slopes.reshape(steps, count, slopes.shape[-1])
         whole, along = given.reshape(rows, steps * count), by.reshape(steps * count, by.shape[2])
@@ -177,14 +177,14 @@ class _Gains(NamedTuple):
 
 
 def _lanes(numbers: Array) -> Array:
-    """The numbers in their order, one more where there is none, from where vectors may begin."""
+    """The numbers as an array aligned for vector loads, with at least one element."""
     result = aligned(max(1, numbers.size))
     result[: numbers.size] = numbers.reshape(-1)
     return result
 
 
 class Pulling:
-    """What pulls weights back through steps of one set of equations with numbers."""
+    """The backward integration for one set of equations with numeric parameters and inputs."""
 
     def __init__(self, now: Routines, by: Sequence[Parameter]) -> None:
         self.now, self.by, eom = now, tuple(by), now.eom
@@ -199,13 +199,13 @@ class Pulling:
 
     @staticmethod
     def serves(drives: Iterable[Any]) -> bool:
-        """Whether inputs are numbers, functions of time and expressions, as is needed."""
+        """Whether all inputs are numbers, functions of time or expressions, as the method requires."""
         return not any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in drives)
 
     def __call__(
         self, steps: StageStates, end: Weights, seeds: Mapping[int, Array], integrand: Integrand | None, scale: Array
     ) -> Pulled:
-        """Weights at the beginning of steps, of weights at the end; `seeds` (rows × n) are added at the ends of some steps."""
+        """The weights at the start of the steps from those at the end; `seeds` (rows × n) are added at the ends of some steps."""
         now, rows, count = self.now, len(end.x), len(self.place)
         size = STAGES * (now.width * (2 + len(self.laws)) + 1 + len(now.drives)) + 1
         most, total = max(1, _DOUBLES // size), len(steps.h)
@@ -237,7 +237,7 @@ class Pulling:
         integrand: Integrand | None,
         scale: Array,
     ) -> bool:
-        """The same of some steps: what the kernel keeps, r of the steps, and what laws and integrand give parameters are written."""
+        """The same for a block of steps; writes the arrays of the kernel, step errors and contributions to ∂J/∂p. True on success."""
         now, n, (kept, rough, gains) = self.now, self.now.width, to
         rows, count, laws, m = len(kept["last"]), len(self.place), len(self.laws), len(steps.h)
         times, states = steps.t.reshape(-1), steps.x.reshape(-1, n)

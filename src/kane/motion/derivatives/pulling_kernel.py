@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The kernel that pulls weights of the end of a stretch of a motion back to its beginning, by Gauss's collocation with eight stages.
+"""The kernel that integrates the adjoint backwards over a stretch of a motion, by Gauss collocation with eight stages (order 16).
 
-With K(t) = Jᵀ Λ + ∂L/∂x of an integrand L the weights obey Λ′ = −K. In a step from t to t + h whose end has the weights λ
+With K(t) = Jᵀ Λ + ∂L/∂x of an integrand L, the adjoint obeys Λ′ = −K. In a step from t to t + h with the adjoint λ at its end
 
-    Λ_i = λ + h Σ_j (b_j − a_ij) K_j,   weights of x before it: λ + h Σ_j b_j K_j,   of p: h Σ_j b_j (∂f/∂p)ᵀ Λ_j
+    Λ_i = λ + h Σ_j (b_j − a_ij) K_j,   at the start of the step: λ + h Σ_j b_j K_j,   added to ∂J/∂p: h Σ_j b_j (∂f/∂p)ᵀ Λ_j
 
-with the a, b of the method that the motion would take: Gauss's is its own adjoint (Hager 2000, Numer. Math. 87; Sanz-Serna 2016, SIAM
-Rev. 58). The states at the stages are known, so that K is linear in Λ; it is found by fixed point from the polynomial of the step
-behind, extrapolated, all stages in one call of the routine on eight lanes. Where q_i′ = u_j, K of u_j holds Λ of q_i, and takes that
-of the same round: so iterations converge as h² does.
+with the coefficients a, b of Gauss's method, which is its own adjoint (Hager 2000, Numer. Math. 87; Sanz-Serna 2016, SIAM Rev. 58).
+The states at the stages are known, so that K is linear in Λ. The stages are solved by fixed-point iteration; the first iterate is
+the extrapolated polynomial of the following step, and all stages are evaluated by one call of the routine on eight lanes. If
+q_i′ = u_j, K of u_j contains Λ of q_i and uses its newest value (Gauss–Seidel), so that the iteration contracts as h².
 
-How well a step is resolved is read off K in Legendre's polynomials. Where K is smooth their coefficients c_k fall as ρ^k, and
-what the quadrature, exact to the degree 15, leaves out is about h A ρ⁸ with A = max(c_6, c_7). Of max(c_4, c_5) A is the share ρ², of
-max(c_2, c_3) the share ρ⁴, and ρ is taken from what is less, as coefficients may vanish by chance. Where K or a slope of it jumps, ρ
-is about 1. Before the first node and behind the last one, a fiftieth of the step at either end, a jump leaves no trace: there the
-polynomials of two steps differ where they meet, by more than what they leave out. What may be off is the error of the step, as a
-share of Λ.
+The error estimate uses the Legendre coefficients c_k of K. Where K is smooth they decay as ρ^k, and the error of the quadrature,
+exact to degree 15, is about h A ρ⁸ with A = max(c_6, c_7). The ratio of A to max(c_4, c_5) is ρ², that to max(c_2, c_3) is ρ⁴, and
+the smaller estimate of ρ⁸ is used, because coefficients may vanish by chance. Where K or its derivative jumps, ρ is about 1. A jump
+before the first or behind the last node, a fiftieth of the step at either end, leaves no trace in the coefficients; there the
+polynomials of adjacent steps differ at their common point by more than their errors. Errors are relative to Λ.
 """
 
 from collections.abc import Sequence
@@ -32,24 +31,24 @@ NODES = gauss(STAGES)
 LAST = tuple(
     tuple((2 * k + 1) * x * b for x, b in zip(NODES.legendre[k], NODES.b, strict=True)) for k in range(2, STAGES)
 )
-"""Of numbers at the nodes these make the last six coefficients in Legendre's polynomials."""
+"""Rows that map values at the nodes to the last six Legendre coefficients, c_2 to c_7."""
 _ENDS = lagrange(NODES, 0.0), lagrange(NODES, 1.0)
 _USUAL = 20.0
-"""By so many times their last coefficients polynomials of smooth K may differ where steps meet."""
+"""For smooth K, polynomials of adjacent steps differ at their common point by at most this multiple of their last coefficients."""
 ROUNDS = 24
-"""Rounds of the fixed point at most."""
+"""Largest number of fixed-point iterations."""
 _FOUND_AT = 1e-12
-"""Change of Λ, of its size, at which the fixed point is found: what is left is the share of the last one in the one before."""
+"""Relative change of Λ at which the iteration has converged; the remaining error is the change times the contraction factor."""
 _HUGE = 1e300
 _LANES = Type("float", STAGES)
 _GOING, _FOUND, _FAILED = range(3)
 
 
 class Place(IntEnum):
-    """Places in `told`, of a call of the kernel and those behind it."""
+    """Indices into the array `told`, which is kept from call to call."""
 
     PACE = 0
-    """Share of a change in the one before where a step was not found."""
+    """Contraction factor in the step whose iteration did not converge."""
 
 
 ARRAYS = (
@@ -57,18 +56,18 @@ ARRAYS = (
     "lam", "last", "edge", "tail", "own", "sized", "bent", "of_inputs", "rough", "told",
 )  # fmt: skip
 """
-`times` (steps × 8), `x` (steps × n × 8), `r` (steps × inputs × 8): the stages of steps with `lengths`; p, and h that is hoisted of
-it. `through` (steps × laws × n × 8): slopes of the laws of inputs; `source` (steps × n × 8): ∂L/∂x, which counts where a row is
-`sourced`. `pairs`: the (i, j) with q_i′ = u_j; `scale` (n): sizes of states. `seeds` (… × rows × n) are added at the ends of steps
-where `seeded` (steps) says which. `lam` (rows × n): the weights. `own`, `sized`, `bent` (rows × p) gain weights of parameters, their
-sizes, and by how much they may be off; `of_inputs` (rows × steps × laws × 8) is what laws are given. `rough` (steps): errors,
-infinite where a step was not found, with which the kernel ends. `w`, `out` are room. Of the step behind `k` (rows × n × 8), `last`
-(rows), its length, 0 where there is none, and `edge`, `tail` (rows × n), K at its beginning and A, are kept from call to call.
+`times` (steps × 8), `x` (steps × n × 8), `r` (steps × inputs × 8): stages of the steps with `lengths`; parameters `p`, and values `h`
+computed from p alone. `through` (steps × laws × n × 8): ∂r/∂x of input laws; `source` (steps × n × 8): ∂L/∂x, multiplied by the factor
+`sourced` of each row. `pairs`: (i, j) with q_i′ = u_j; `scale` (n): sizes of states. `seeds` (… × rows × n) are added to the weights
+at the ends of steps; `seeded` (steps) is the index of the seed, −1 for none. `lam` (rows × n): the weights. `own`, `sized`, `bent`
+(rows × p): contributions to ∂J/∂p, their absolute sums and errors; `of_inputs` (rows × steps × laws × 8): weights of input laws.
+`rough` (steps): error estimates, infinite where the iteration failed, which ends the kernel. `w`, `out`: workspace. From the following
+step, kept from call to call: `k` (rows × n × 8), `last` (rows): its length or 0, `edge`, `tail` (rows × n): K at its start, and A.
 """
 
 
 class _Pulling:
-    """The kernel while it is written."""
+    """The kernel under construction."""
 
     def __init__(self) -> None:
         self.writer = w = Writer("pull_back")
@@ -88,7 +87,7 @@ class _Pulling:
         return self.writer.compute("splat8", x)
 
     def eight(self, name: str, i: Term) -> Term:
-        """The doubles of component i."""
+        """The values of component i at the eight stages."""
         return self.a[name].lanes(i * STAGES, STAGES)
 
     def combined(self, array: Array, at: Term, columns: Sequence[Term]) -> Term:
@@ -96,13 +95,13 @@ class _Pulling:
         return self.writer.sum([self.splat(array[at + j]) * column for j, column in enumerate(columns)])
 
     def larger(self, cell: Term, x: Term) -> Term:
-        """The larger size; what is not finite stays."""
+        """The maximum of both; a non-finite value propagates."""
         return self.writer.select(x > cell, x, cell) + x * 0.0
 
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
-        """Step after step from the last one on, and row after row in each; how many are left."""
+        """The loop over steps from last to first, and over rows in each; returns the number of steps left, or −1 − step on failure."""
         w, a = self.writer, self.a
         self.done.put(self.steps)
         with w.repeat(lambda: self.done.get() > 0):
@@ -125,14 +124,14 @@ class _Pulling:
         return w.finished(self.done)
 
     def seed(self, step: Term, row: Term) -> None:
-        """What is added at the end of a step."""
+        """Adds the seed at the end of a step."""
         w, a = self.writer, self.a
         which = w.compute("int", a["seeded"][step])
         with w.when(which >= 0), w.count(self.n) as j:
             a["lam"][row * self.n + j] = a["lam"][row * self.n + j] + a["seeds"][(which * self.rows + row) * self.n + j]
 
     def moves(self, row: Term) -> Term:
-        """Whether a row has weights, or will have."""
+        """Whether a row has nonzero weights or an integrand."""
         w, a = self.writer, self.a
         size = w.variable("weights")
         size.put(w.compute("abs", a["sourced"][row]))
@@ -141,7 +140,7 @@ class _Pulling:
         return ~(size.get() <= 0.0)
 
     def row(self, step: Term, row: Term, h: Term) -> None:
-        """One row through one step."""
+        """Integrates one row over one step."""
         w = self.writer
         k = row * self.n * STAGES
         self.guess(row, k, h)
@@ -160,7 +159,7 @@ class _Pulling:
             self.go_on(step, row, k, h)
 
     def guess(self, row: Term, k: Term, h: Term) -> None:
-        """K from that of the step behind; zero at first."""
+        """The initial iterate of K, extrapolated from the following step; zero for the first step."""
         w, a = self.writer, self.a
         last = a["last"][row]
         with w.when(last > 0.0):
@@ -178,7 +177,7 @@ class _Pulling:
             a["k"].store(k + j * STAGES, w.lanes(*[0.0] * STAGES))
 
     def put_weights(self, row: Term, k: Term, j: Term) -> Term:
-        """Λ of component j by K."""
+        """Λ of component j from K, also stored."""
         a = self.a
         columns = [c.get() for c in self.columns]
         result = self.splat(a["lam"][row * self.n + j]) + self.combined(a["k"], k + j * STAGES, columns)
@@ -192,7 +191,7 @@ class _Pulling:
         self.routine(a["times"].at(step * STAGES), a["x"].at(step * self.n * STAGES), a["w"].at(0), *places)
 
     def gather(self, step: Term, row: Term) -> None:
-        """What the integrand and the laws of inputs add to K."""
+        """Adds the contributions of the integrand and of input laws to K."""
         w, a = self.writer, self.a
         share = a["sourced"][row]
         with w.when(~(share.equals(0.0))), w.count(self.n) as j:
@@ -205,7 +204,7 @@ class _Pulling:
             a["out"].store(j * STAGES, self.eight("out", j) + given)
 
     def exchange(self, row: Term) -> None:
-        """In K of u_j, Λ of q_i becomes that of this round."""
+        """Replaces Λ of q_i in K of u_j by its value of this iteration."""
         w, a = self.writer, self.a
         with w.count(self.pair_count) as at:
             i, j = (w.compute("int", a["pairs"][at * 2 + m]) for m in range(2))
@@ -214,7 +213,7 @@ class _Pulling:
             a["out"].store(j * STAGES, self.eight("out", j) + (new - self.eight("w", i)))
 
     def settle(self, row: Term, k: Term) -> None:
-        """K and Λ of this round, how much K has changed, and the size of Λ."""
+        """K and Λ of this iteration, the change of K, and the size of Λ."""
         w, a = self.writer, self.a
         self.change.put(w.lanes(*[0.0] * STAGES))
         self.size.put(w.lanes(*[0.0] * STAGES))
@@ -226,7 +225,7 @@ class _Pulling:
             self.size.put(self.larger(self.size.get(), w.compute("abs", self.put_weights(row, k, j)) * scale))
 
     def judge(self, h: Term) -> None:
-        """Whether K is found, or no longer sought."""
+        """Ends the iteration if it has converged, diverged or exceeded its limit."""
         w, a = self.writer, self.a
         lanes, before = self.change.get(), self.before.get()
         change = h * (w.compute("largest", lanes) + w.compute("sum", lanes) * 0.0)
@@ -239,7 +238,7 @@ class _Pulling:
         self.round.put(self.round.get() + 1)
 
     def left(self, k: Term) -> tuple[Term, Term]:
-        """What the quadrature of a step leaves out, over its length; A."""
+        """The estimated quadrature error of a step divided by its length; A."""
         w, none = self.writer, self.writer.constant(1.0)
         sizes = [w.compute("abs", w.compute("sum", k * row)) for row in LAST]
         first, second, last = (w.compute("max", *sizes[m : m + 2]) for m in (0, 2, 4))
@@ -248,13 +247,13 @@ class _Pulling:
         return last * w.compute("min", by_first * by_first, (by_second * by_second) * (by_second * by_second)), last
 
     def leap(self, k: Term, at: Term, tail: Term, h: Term, last: Term) -> Term:
-        """What a jump of K leaves out that lies beside the node where the step meets the one behind."""
+        """The estimated error from a jump of K between the last node of a step and the first of the following one."""
         w, a = self.writer, self.a
         gap = w.compute("abs", w.compute("sum", k * _ENDS[1]) - a["edge"][at]) - (tail + a["tail"][at]) * _USUAL
         return w.compute("max", gap, 0.0) * w.compute("max", h, last) * NODES.c[0]
 
     def go_on(self, step: Term, row: Term, k: Term, h: Term) -> None:
-        """The weights before the step, and what parameters gain."""
+        """The weights at the start of the step, and the contributions to ∂J/∂p."""
         w, a = self.writer, self.a
         last, meets = a["last"][row], w.compute("int", a["seeded"][step]) < 0
         self.rough.put(0.0)
@@ -286,5 +285,5 @@ class _Pulling:
 
 
 def pulling_kernel() -> Kernel:
-    """The kernel; `ARRAYS` says what it is given. It returns 0, or −1 − step where a step was not found."""
+    """The kernel, with the arguments `ARRAYS`. It returns 0, or −1 − step if the iteration failed in a step."""
     return _Pulling().kernel()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The motion from a state to a section, or over a period: x ↦ P(x), and its derivative."""
+"""The flow map of a motion up to a section (the Poincaré map) or over a period, x ↦ P(x), and its derivative."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -35,13 +35,13 @@ from kane.program.native.machine import Settings
 
 
 def with_section(eom: Equations, section: Event) -> Equations:
-    """The equations that watch the section, and end there."""
+    """The equations with the section as an event that ends the motion."""
     own = [e for e in eom.system.events if e.name != section.name]
     return derive(eom.system.replace(events=[*own, section]), near=eom.derived.near, route=eom.solved.asked)
 
 
 def named(eom: Equations, section: Any) -> Event:
-    """The section, an event or the name of one that the system has."""
+    """The section: an event, or the event of the system with that name."""
     if isinstance(section, Event):
         return section
     for e in eom.system.events:
@@ -56,9 +56,9 @@ def named(eom: Equations, section: Any) -> Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReturnMap:
-    """P of equations: up to the `section`, or over a `period`, an expression of parameters or a number.
+    """P of equations: up to the `section`, or over a `period`, a number or an expression of parameters.
 
-    `within` is how long the section is waited for, `t0` when motions begin, `further` options of `kn.simulate` that these have.
+    `within` is the longest time to the section (s), `t0` the start time of motions, `further` are options of `kn.simulate`.
     """
 
     eom: Equations
@@ -73,7 +73,7 @@ class ReturnMap:
 
     @staticmethod
     def of(eom: Equations, section: Any, period: Any, **given: Any) -> "ReturnMap":
-        """The map of a section, named or given, or of a period; a SimulationError names numbers that are not admissible."""
+        """The map of a section (event or name) or of a period; SimulationError names inadmissible numbers."""
         within = given["within"]
         right = expect.is_number(within) and within > 0
         expect.that(right, "within as a number above zero", within, error=SimulationError)
@@ -89,7 +89,7 @@ class ReturnMap:
         return ReturnMap(eom, found, None, **given)
 
     def length(self, constants: Mapping[Expr, float]) -> float:
-        """The period, or how long the section is waited for."""
+        """The period, or the longest time to the section (s)."""
         if self.section is not None:
             return self.within
         if isinstance(self.period, Expr):
@@ -97,25 +97,25 @@ class ReturnMap:
         return float(self.period or 0.0)
 
     def state(self, x: Array, **more: Any) -> State:
-        """(q, u, a) as the State of a start."""
+        """(q, u, a) as an initial State."""
         values = dict(zip(self.eom.state, x.tolist(), strict=True))
         groups = {kind: {s: values[s] for s in getattr(self.eom, GROUPS[kind])} for kind in ("q", "u", "states")}
         return State(**groups, t=self.t0, **more)
 
     def known(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Any]:
-        """Values of all parameters, those that stand in inputs alone included where they were given."""
+        """Values of all parameters; those that occur only in inputs are included if specified."""
         own = parameter_values(self.eom.system, parameters)
         return {**own, **{s: v for s, v in given_parameters(parameters).items() if s not in own}}
 
     def drives(self, parameters: Mapping[Any, float] | None, begin: float | None = None) -> dict[Expr, Function]:
-        """The inputs of a motion as functions, at values of the parameters."""
+        """The inputs of a motion as functions, with given parameter values."""
         known, t0 = self.known(parameters), self.t0 if begin is None else begin
         return input_functions(self.eom, self.inputs, (t0, t0 + self.length(known)), known)
 
     def __call__(
         self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
     ) -> Solution:
-        """The motion from x on, from the time `begin` on where one is given.
+        """The motion that starts at x, at time `begin` or else at t0.
 
         Raises
         ------
@@ -130,7 +130,7 @@ class ReturnMap:
     def motion(
         self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
     ) -> Solution:
-        """The same, wherever it ends; `parameters` may hold those of inputs alone."""
+        """The same without the check of its end; `parameters` may include those that occur only in inputs."""
         eom, constants = self.eom, parameter_values(self.eom.system, parameters)
         t0 = self.t0 if begin is None else begin
         span = t0, t0 + self.length(self.known(parameters))
@@ -151,7 +151,7 @@ class ReturnMap:
         return OPTIONS | {name: value for name, value in self.further.items() if name in OPTIONS} | own
 
     def admitted(self, given: State) -> Array:
-        """(q, u, a) of values and guesses, on the constraints."""
+        """(q, u, a) assembled from values and guesses, on the constraint manifold."""
         eom, q, u = self.eom, given.q, given.u
         if eom.constraints.constraints:
             at = self.inputs_at_start(given.parameters)
@@ -160,12 +160,12 @@ class ReturnMap:
         return start_state(eom, q, u, given.states)
 
     def inputs_at_start(self, parameters: Mapping[Any, float] | None) -> dict[Any, float]:
-        """Values of the inputs at the beginning; those that follow from the state move nothing there."""
+        """Values of the inputs at t0; inputs that depend on the state are set to zero, which does not affect the assembly."""
         drives = self.drives(parameters)
         return {s: 0.0 if getattr(f, "of_state", False) else float(f(self.t0)) for s, f in drives.items()}
 
     def off(self, x: Array, constants: Mapping[Expr, float]) -> tuple[float, float]:
-        """How far the state is off the section, and by how much its quantity changes with the largest component of the state."""
+        """The event function h of the section at x, relative to its threshold, and the size of its terms, Σ|∂h/∂x| max|x|."""
         assert self.section is not None
         values: dict[Expr, Any] = dict(zip(self.eom.state, x.tolist(), strict=True)) | dict(constants)
         quantity = self.section.quantity
@@ -208,22 +208,22 @@ class ReturnMap:
     def differential(
         self, motion: Solution, by: tuple[Parameter, ...] = (), parameters: Mapping[Any, float] | None = None
     ) -> Variation:
-        """The derivative of the end of a motion; `parameters` are its own, unless those of inputs alone are told, too."""
+        """The derivative of the end of a motion; `parameters` default to `motion.parameters`, which lack those of inputs alone."""
         walk, slopes, parameters = self.walk(by), None, parameters or motion.parameters
         if self.section is None and isinstance(self.period, Expr):
             slopes = np.array([float(evaluate(diff(self.period, p), dict(parameters))) for p in by])
         return walk(motion, self.again(motion, parameters), self.section, slopes)
 
     def walk(self, by: tuple[Parameter, ...]) -> Differential:
-        """What differentiates its motions."""
+        """The differentiation of its motions."""
         return Differential(by, self.settings, self.options | {"contacts": self.eom, "drives": self.drives})
 
     def again(self, motion: Solution, parameters: Mapping[Any, float]) -> Again:
-        """The same motion at other samples."""
+        """A function that recomputes the motion at other sample times."""
         return lambda samples: self.motion(motion.states[0], parameters, samples, float(motion.t[0]))
 
     def timed(self, parameters: Mapping[Any, float]) -> bool:
-        """Whether time enters the equations, or inputs are functions that may hold it."""
+        """Whether the equations depend on time explicitly, or an input is a function that may."""
         contacts = self.eom.system.contacts
         exprs = [*rates(self.eom).task.roots, *expressions(self.eom.events), *laws_of(contacts)]
         exprs += [row.expr for row in (*self.eom.system.constraints, *(r for c in contacts for r in c.rows))]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The changes of a state that constraints allow: δx = T ξ of the independent perturbations ξ, and what time and parameters add."""
+"""The tangent space of the constraints at a state: δx = T ξ with independent perturbations ξ, and shifts by time and parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from kane.numeric.rank import least_squares
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Side:
-    """A motion beside an instant: its equations with numbers, its phase, the time and the state."""
+    """A motion on one side of an instant: the numeric equations, the phase, the time and the state."""
 
     now: Routines
     phase: Phase
@@ -34,7 +34,7 @@ class Side:
 
 
 def flow_of(side: Side) -> Flow:
-    """The flow at a state."""
+    """The constrained flow at a state."""
     now = side.now
     p = now.p[: len(now.eom.parameters)]
     return flow_at(
@@ -43,12 +43,12 @@ def flow_of(side: Side) -> Flow:
 
 
 def basis_of(flow: Flow) -> Array:
-    """T (x × ξ)."""
+    """The basis T of the tangent space (x × ξ)."""
     return np.asarray(flow.moves[: len(flow.state.x), : len(flow.rest)])
 
 
 def allowed(side: Side, by: Sequence[Parameter]) -> tuple[Array, Array, Array]:
-    """T, and one change each that keeps the constraints where time and parameters `by` change by 1."""
+    """T, and the changes of the state (x) and (x × k) that satisfy the constraints for unit changes of time and of each of `by`."""
     flow = flow_of(side)
     nq, n = len(side.now.eom.coordinates), len(side.now.eom.speeds)
     zero = np.zeros(flow.values.right.shape)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ψ′ = J Ψ + ∂f/∂p over a stretch of a motion, by Gauss's collocation with eight stages, order 16 (Hairer & Wanner 1996, sec. IV.5).
+"""Variational equations Ψ′ = J Ψ + ∂f/∂p by Gauss collocation with eight stages, order 16 (Hairer & Wanner 1996, sec. IV.5).
 
-The states at the stages come from the motion, and Newton's steps on the equations of collocation make them exact to rounding. J is
-evaluated at all stages of all steps together. Steps are halved until Ψ changes no more: what is left falls with the sixteenth power.
+The stage states are interpolated from the motion and made exact to rounding by Newton iterations on the collocation equations. J is
+evaluated at all stages of all steps at once. Steps are halved until Ψ has converged; its error falls with the sixteenth power.
 """
 
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ _NODES = gauss(8)
 _C, _B = np.array(_NODES.c), np.array(_NODES.b)
 _A = np.array(_NODES.a).T
 _ROUNDS = 8
-"""Newton's steps at most."""
+"""Largest number of Newton iterations."""
 _ENTRIES = 1 << 23
-"""So many entries, at most, of the matrices of collocation are there together."""
+"""Largest number of entries of the collocation matrices that are stored at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """From the state x on over times `edges` (e) with one set of equations; without x from the end of the one before.
+    """A smooth part of a motion, with one set of equations, over times `edges` (e); x is its first state, None after another stretch.
 
-    `by` gives ∂f/∂p (m × n × k) at times and states, `feedback` what inputs that follow from the state add to ∂f/∂x. `rows` are the
-    samples of the motion that are asked for, `places` at which edges they are.
+    `by` gives ∂f/∂p (m × n × k) at times and states, `feedback` the contribution to ∂f/∂x of inputs that depend on the state. `rows`
+    are the requested samples of the motion, `places` the indices of their edges.
     """
 
     now: Routines
@@ -46,21 +46,21 @@ class Stretch:
 
     @property
     def t0(self) -> float:
-        """The beginning."""
+        """The start time."""
         return float(self.edges[0])
 
     @property
     def t1(self) -> float:
-        """The end."""
+        """The end time."""
         return float(self.edges[-1])
 
     def parts(self, steps: int) -> Indices:
-        """Into how many steps of one length each interval between edges is cut, where the whole takes so many."""
+        """The number of equal steps in each interval between edges, for about `steps` steps in the whole stretch."""
         share: Array = np.diff(self.edges) / max(self.t1 - self.t0, 1e-300)
         return np.maximum(np.ceil(steps * share - ROUNDED_CHAIN).astype(np.int64), 1)
 
     def steps(self, parts: Indices) -> tuple[Array, Array]:
-        """Beginnings and lengths of all steps."""
+        """Start times and lengths of all steps."""
         h = np.repeat(np.diff(self.edges) / parts, parts)
         place = np.concatenate([np.arange(m) for m in parts])
         return np.repeat(self.edges[:-1], parts) + place * h, h
@@ -92,9 +92,9 @@ def jacobians(stretch: Stretch, t: Array, x: Array) -> Array:
 
 
 def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: Array) -> tuple[Array, Array]:
-    """δx = Φ δ(x₀, p) at the edges behind the first (e − 1 × n × n + k), and the last state.
+    """The matrices Φ in δx = Φ δ(x₀, p) at the edges after the first (e − 1 × n × n + k), and the final state.
 
-    From the state x on, and states near those at the stages (steps × 8 × n).
+    `x` is the initial state, `guess` (steps × 8 × n) are approximate states at the stages.
     """
     n, (t, h) = len(x), stretch.steps(parts)
     ends, k = set((np.cumsum(parts) - 1).tolist()), 0
@@ -116,7 +116,7 @@ def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: 
 def _chunk(
     stretch: Stretch, at: tuple[Array, Array], start: Array, guess: Array, scale: Array
 ) -> tuple[Array, Array, Array]:
-    """Each step's own ∂x/∂x₀ and ∂x/∂p, and the state at the end of the last one; `at` are times of stages and lengths."""
+    """∂x/∂x₀ and ∂x/∂p over each step, and the state at the end of the last one; `at` are stage times and step lengths."""
     now, n, x, (times, h) = stretch.now, len(start), guess.copy(), at
     steps, s = times.shape
     flat, end = times.reshape(-1), start

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The exact derivative of a motion that events change.
+"""The exact derivative of a hybrid motion: variational equations between events, saltation matrices at events.
 
-Between events the variational equations Ψ′ = J Ψ + ∂f/∂p hold along the motion, J = ∂f/∂x. An event that is met where h(x, t) = 0, at
-the rate ḣ = ∇h·f⁻ + ∂h/∂t, is met sooner or later by δτ = −(∇h·δx⁻ + ∂h/∂p δp)/ḣ. With x⁺ = g(x⁻, t, p)
+Between events Ψ′ = J Ψ + ∂f/∂p along the motion, J = ∂f/∂x. An event at h(x, t) = 0, crossed at the rate ḣ = ∇h·f⁻ + ∂h/∂t, has its
+time shifted by δτ = −(∇h·δx⁻ + ∂h/∂p δp)/ḣ. With the reset x⁺ = g(x⁻, t, p)
 
     δx⁺ = G (δx⁻ + f⁻ δτ) + ∂g/∂t δτ + ∂g/∂p δp − f⁺ δτ,      G = ∂g/∂x
 
 which is S δx⁻ with the saltation matrix S = G + (f⁺ − G f⁻ − ∂g/∂t) ∇hᵀ/ḣ (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, sec.
-7.5). The event that ends a motion leaves out f⁺ δτ: what is compared are states at that event. Where rates jump at a time that
-parameters set there is such a jump of δx, too (`moved_breakpoints`).
+7.5). At an event that ends the motion the term f⁺ δτ is omitted, since the states compared are those at the event. Where rates jump
+at a time that depends on parameters, δx jumps as well (`moved_breakpoints`).
 """
 
 import math
@@ -42,27 +42,27 @@ from kane.numeric.scale import SAME_TIME, SIX_DIGITS
 from kane.program.native.machine import Settings
 
 _AGREES = 1e-9
-"""Change of Ψ by halved steps at which it is known: it is off by 2⁻¹⁶ of it."""
+"""Relative change of Ψ on halving the steps at which it has converged; the error is then about 2⁻¹⁶ of that change."""
 _HALVINGS = 8
 Again = Callable[[Array], Solution]
 
 
 def states_of_phase(motion: Solution, phase: int, times: Array) -> Array:
-    """States at samples within a phase: there are rows at events, too, before and after them."""
+    """States at sample times within a phase; at events there are further rows, before and after the reset."""
     rows = np.flatnonzero(motion.phase == phase)
     places = np.minimum(np.searchsorted(motion.t[rows], times), len(rows) - 1)
     return np.asarray(motion.states[rows[places]])
 
 
 class Variation(NamedTuple):
-    """δx = x δ(x₀, p) of the end of a motion (n × n + k), and δT = t δ(x₀, p) of when that is (n + k)."""
+    """δx = x δ(x₀, p) at the end of a motion (n × n + k), and δT = t δ(x₀, p) of the final time (n + k)."""
 
     x: Array
     t: Array
 
 
 class Leap(NamedTuple):
-    """δx⁺ − δx⁻ by parameters (n × k) at a breakpoint that they move, δτ (k) of it, and the motion before and behind it."""
+    """The jump δx⁺ − δx⁻ by parameters (n × k) at a breakpoint that depends on them, its δτ (k), and the motion on both sides."""
 
     x: Array
     t: Array
@@ -71,7 +71,7 @@ class Leap(NamedTuple):
 
 
 class Differential:
-    """The derivative of motions of the same equations, by their start and by parameters."""
+    """The derivative of motions of one system with respect to initial state and parameters."""
 
     def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
         self.by, self.settings, self.options = tuple(by), settings, options
@@ -95,7 +95,7 @@ class Differential:
         return self._known[key]
 
     def side(self, motion: Solution, row: int) -> Side:
-        """The motion at a sample; at the ends of phases within them, where rates jump at these times."""
+        """The motion at a sample; at the first or last sample of a phase, on the side within it of breakpoints at that time."""
         now, *_ = self._routines(motion, row)
         number, t = int(motion.phase[row]), float(motion.t[row])
         near = [one.t for one in self._near(t)]
@@ -108,14 +108,14 @@ class Differential:
     def __call__(
         self, motion: Solution, again: Again, section: Event | None, period_slopes: Array | None = None
     ) -> Variation:
-        """The derivative of the end of a motion at its `section`; without one, at a time with these slopes by the parameters.
+        """The derivative of the final state at the `section`, or at a final time with the derivatives `period_slopes` by parameters.
 
-        `again` gives the same motion at other samples.
+        `again` recomputes the motion at other sample times.
 
         Raises
         ------
         SimulationError
-            if the motion has none: it grazes an event, or two events come at one instant
+            if the motion is not differentiable: it grazes an event, or two events coincide
         """
         n, k = motion.states.shape[1], len(self.by)
         psi, dt, _ = self._walk(motion, again, section, np.eye(n, n + k), every=False)
@@ -127,13 +127,13 @@ class Differential:
         return Variation(psi, dt)
 
     def along(self, motion: Solution, again: Again, start: Array) -> Array:
-        """δx at every sample (samples × n × m + k), where the start changes by `start` δ(ξ, p) (n × m + k)."""
+        """δx at every sample (samples × n × m + k), for the change `start` δ(ξ, p) of the initial state (n × m + k)."""
         return self._walk(motion, again, None, start, every=True)[2]
 
     def _walk(
         self, motion: Solution, again: Again, section: Event | None, psi: Array, *, every: bool
     ) -> tuple[Array, Array, Array]:
-        """δx at the end, δτ of the last event, and δx at every sample if that is asked for."""
+        """δx at the end, δτ of the last event, and δx at every sample if `every`."""
         n = motion.states.shape[1]
         k = psi.shape[1] - len(self.by)
         self.begin(motion)
@@ -159,7 +159,7 @@ class Differential:
         return psi, dt, found
 
     def begin(self, motion: Solution, watched: Sequence[Expr] = ()) -> None:
-        """Take the sizes and paces of a motion, and expressions of which the corners in time count, too."""
+        """Sets sizes and mean rates of the states from a motion, and `watched`, expressions whose breakpoints in time count too."""
         self._watched = tuple(watched)
         self._known, self._moved, self.length = {}, [], float(motion.t[-1] - motion.t[0])
         self.pace = np.ptp(motion.states, axis=0) / max(self.length, 1e-300)
@@ -167,7 +167,7 @@ class Differential:
         self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
 
     def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
-        """Runs of samples with the same equations, first and last row of each."""
+        """Consecutive samples with the same equations: the first and last row of each group."""
         result, begin = list[tuple[int, int]](), int(rows[0])
         for row in map(int, rows[1:]):
             if motion.samples and motion.samples[row] is not motion.samples[begin] and row != rows[-1]:
@@ -177,7 +177,7 @@ class Differential:
         return result
 
     def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
-        """The stretches with one set of equations and no breakpoint within; their edges are the samples that are `wanted`, too."""
+        """The stretches between changes of equations and breakpoints; the `wanted` samples are among their edges."""
         result, self._moved = list[Stretch](), list[MovedBreakpoint]()
         known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
@@ -200,9 +200,9 @@ class Differential:
         return result
 
     def _breaks(self, motion: Solution, row: int, part: Span) -> list[float]:
-        """The breakpoints of a part of a motion, from a sample on; all are listed with how parameters move them."""
+        """The breakpoints within a part of a motion that starts at a sample; adds them with their slopes to `_moved`."""
         eom, phase = motion.samples[row] if motion.samples else motion.equations, motion.phases[int(motion.phase[row])]
-        whole, (low, high) = (part[0], float(motion.t[-1])), part  # pulses are looked for as they were for the motion
+        whole, (low, high) = (part[0], float(motion.t[-1])), part  # pulses are searched over the span of the motion
         room = SAME_TIME * self.length
         moved = moved_breakpoints(eom, phase, (whole[0] - room, whole[1] + room), self.by, self._watched)
         here = [one for one in moved if low - room <= one.t <= high + room]
@@ -211,12 +211,12 @@ class Differential:
         return sorted(t for t in every if low < t < high)
 
     def leaps(self, motion: Solution, stretches: Sequence[Stretch], again: Again) -> dict[int, Leap]:
-        """What breakpoints that parameters move add, by the number of the stretch that begins there.
+        """The jumps of δx at breakpoints that depend on parameters, by the index of the stretch that begins there.
 
         Raises
         ------
         SimulationError
-            if rates jump where two breakpoints come together that parameters move apart
+            if rates jump where two breakpoints coincide whose times depend differently on the parameters
         """
         self._check_start(motion)
         middle = {i: (a.t1 + b.t0) / 2 for i, (a, b) in enumerate(pairwise(stretches), 1) if b.x is None}
@@ -233,13 +233,13 @@ class Differential:
         return result
 
     def _near(self, t: float) -> list[MovedBreakpoint]:
-        """The breakpoints at a time, but for rounding."""
+        """The breakpoints at a time, up to rounding."""
         apart = max(32 * math.ulp(t), SAME_TIME * self.length)
         first = bisect_left(self._moved, t - apart, key=attrgetter("t"))
         return list(takewhile(lambda one: one.t <= t + apart, islice(self._moved, first, None)))
 
     def _check_start(self, motion: Solution) -> None:
-        """Refuse a jump at the start that parameters move: on one side of it there is none."""
+        """Raises SimulationError if rates jump at the start at a time that depends on parameters: the motion has no side before it."""
         at = self.side(motion, 0)
         near = self._near(at.t)
         if any(np.any(one.slopes) for one in near):
@@ -248,7 +248,7 @@ class Differential:
             )
 
     def _check_met(self, before: Side, after: Side, dt: Array) -> None:
-        """Refuse a jump at an event, which is met at δτ, if it is moved otherwise."""
+        """Raises SimulationError if rates jump at the time of an event and at a breakpoint with another δτ."""
         start = np.zeros(len(dt) - len(self.by))
         near = [one._replace(slopes=np.append(start, one.slopes)) for one in self._near(before.t)]
         if near:
@@ -257,12 +257,12 @@ class Differential:
     def _common(
         self, near: Sequence[MovedBreakpoint], before: Side, behind: Side, others: Sequence[Array] = ()
     ) -> Array | None:
-        """δτ/δp of breakpoints that come together where something jumps, None where nothing does; `others` are moved, too.
+        """The common δτ/δp of coinciding breakpoints and of `others` at which something jumps; None if nothing jumps.
 
         Raises
         ------
         SimulationError
-            if they are moved apart
+            if their slopes differ
         """
         apart = [one.slopes - near[0].slopes for one in near] + [row - near[0].slopes for row in others]
         size = max(float(np.abs(row).max(initial=0)) for row in (*(one.slopes for one in near), *others))
@@ -280,9 +280,9 @@ class Differential:
         return jumping[0]
 
     def _jumps(self, quantity: Expr, before: Side, behind: Side) -> bool:
-        """Whether rates or what is watched jump where a quantity turns, on either side of what else turns then.
+        """Whether rates or watched expressions jump where a quantity reaches its level, on either side of the other breakpoints there.
 
-        What only bends there differs a little away from it by far more than there.
+        With a mere kink, the difference at a small distance is far larger than that at the breakpoint.
         """
         for side, sign in ((before, -1), (behind, 1)):
             times = np.array([side.t, side.t + sign * SIX_DIGITS * self.length])
@@ -293,7 +293,7 @@ class Differential:
         return False
 
     def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
-        """Φ of each stretch, with steps halved until it is known."""
+        """Φ of each stretch, with steps halved until it has converged."""
         whole = max(self.length, 1e-300)
         steps = [s.parts(max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole))) for s in stretches]
         found = self._with(stretches, [*range(len(stretches))], steps, again)
@@ -313,7 +313,7 @@ class Differential:
         )
 
     def _with(self, stretches: list[Stretch], which: list[int], steps: list[Indices], again: Again) -> list[Array]:
-        """Φ of some stretches by so many steps of each."""
+        """Φ of the stretches `which` with given numbers of steps."""
         times = {i: stretches[i].times(steps[i]) for i in which}
         resolved = [i for i in which if np.all(np.diff(times[i].reshape(-1)) > 0)]
         wanted = np.concatenate([times[i].reshape(-1) for i in resolved]) if resolved else np.zeros(0)
@@ -330,7 +330,7 @@ class Differential:
         return result
 
     def across(self, motion: Solution, row: int, psi: Array, number: int, section: Event | None) -> tuple[Array, Array]:
-        """Ψ after the events with which a phase begins, and δτ."""
+        """Ψ after the event at which phase `number` begins, and δτ."""
         phase = motion.phases[number]
         before, after = self.side(motion, row), self.side(motion, row + 1)
         if len(phase.by) != 1:
@@ -346,7 +346,7 @@ class Differential:
     def _saltation(
         self, before: Side, after: Side | None, event: Event, psi: Array, onward: Side | None
     ) -> tuple[Array, Array]:
-        """δx⁺ and δτ of an event; `onward` is where the motion goes on, None where it ends there."""
+        """δx⁺ and δτ of an event; `onward` is the motion after it, None if the motion ends there."""
         k = psi.shape[1] - len(self.by)
         (h,) = gradients(before, [event.quantity], self.by)
         f = before.rate
@@ -369,7 +369,7 @@ class Differential:
         return moved, dt
 
     def _jump(self, before: Side, after: Side, event: Event) -> JumpSlopes:
-        """What an event does to the state: its action, an impact of contacts, or nothing where a mode of them ends."""
+        """The derivative of the reset at an event: an action, an impact of contacts, or the identity where a contact mode ends."""
         system = before.now.eom.system
         if system.modes:
             motion = ContactMotion(
@@ -386,13 +386,13 @@ class Differential:
 
 
 def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
-    """Parameters and inputs, with those that the mode before an impact does not hold."""
+    """Parameters and inputs, including those that the mode before an impact does not contain."""
     eom, drives = differential.options["contacts"], differential.options["drives"](parameters_of(side.phase))
     return {s: side.phase.parameters[s] for s in eom.parameters}, {**drives, **side.phase.inputs}
 
 
 def _check(now: Routines) -> None:
-    """Refuse what the variational equations do not know."""
+    """Raises SimulationError if rates are discontinuous in the state, or an input is a sampled controller."""
     met = {
         "loads, inputs or rates of states that jump at states": rates_jump(now.eom, turning_laws(now.drives)),
         "a sampled controller": bool(controllers(now.drives)),
