@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many motions at once: instances and designs, tiles of them on threads, their results as one Dataset."""
+"""Ensembles of motions: instances and designs of experiments, tiles of instances on threads, results as one Dataset."""

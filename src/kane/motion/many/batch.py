@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The motions of a tile in one call of machine code: a kernel that begins each, calls the kernel that runs it, and keeps its samples.
+"""The motions of a tile in one call of machine code: a kernel loops over instances, calls the stepping kernel, and stores samples.
 
-It serves motions that nothing but their end ends: without constraints, events and switches, and with the same inputs. Lanes serve
-those with constraints and events, too (`lanes.py`). Motions that come back otherwise are run anew by themselves.
+It runs motions that only their final time ends: without constraints, events and switching surfaces, and with the same inputs. Lanes
+also run motions with constraints and events (`lanes.py`). Motions with another return code are run again individually.
 """
 
 from functools import cache
@@ -29,7 +29,7 @@ from kane.program.native.machine import Settings
 
 
 def tile_kernel() -> Kernel:
-    """`count` motions one after the other: y(0) a row of `starts`, p one of `ps`; a row of `out`, `ends` and `told` (s) for each."""
+    """A loop over `count` motions from rows of `starts` and `ps`; writes a row of `out`, `ends` and `told` (slots) for each."""
     w = Writer("tile")
     count, n, size, p_count, rows_count = map(w.number, ("count", "n", "size", "p_count", "rows_count"))
     s, y, lag, p, rows, calls = (w.array(name) for name in ("s", "y", "lag", "p", "rows", "calls"))
@@ -68,22 +68,22 @@ def _stepper(runner: Runner) -> Stepper:
 
 
 def goes_in_lanes(runner: Runner) -> bool:
-    """Whether lanes run the motions of a runner: they look at no clock, and an end on constraints is a sample that is moved there."""
+    """Whether lanes can run the motions of a runner: no time limit; with constraints, an end that is a sample, which is projected."""
     ends = runner.holding is None or len(runner.t) == len(runner.rows) + 1
     return ends and runner.method.max_seconds == np.inf and runs_in_lanes(_stepper(runner), runner.method)
 
 
 def fits(runner: Runner) -> bool:
-    """Whether the motions of a runner are run so."""
+    """Whether the tile kernel can run the motions of a runner: an explicit method, no constraints, events or switching surfaces."""
     now = runner.now
     plain = runner.holding is None and now.events is None and not now.quantities
     return plain and not INTEGRATORS[runner.method.name].implicit
 
 
 class Ran(NamedTuple):
-    """Motions of a batch: samples (… × t × y), what the kernel tells of each (s), which are done, which surely keep their energy.
+    """Motions of a batch: samples (… × t × y), final slots of the kernel, masks of complete ones and of those that conserve energy.
 
-    Of each `met` has what was noted of events and actions, where there are any, `changes` when other dependent speeds were stepped.
+    `met` are the records of events and actions of each, if any; `changes` the (time, choice) of each change of dependent speeds.
     """
 
     states: Array
@@ -95,7 +95,7 @@ class Ran(NamedTuple):
 
 
 class Batch:
-    """The kernel of a runner, called for many motions at once: in lanes, or one after the other."""
+    """The kernel of a runner, called for many motions at once: in lanes, or sequentially."""
 
     def __init__(self, runner: Runner, lanes: bool = False) -> None:
         self.runner, now = runner, runner.now
@@ -106,7 +106,7 @@ class Batch:
         self._choices: dict[int, Routines] = {}
 
     def changes(self, ran: Ran, n: int) -> list[tuple[float, Routines]]:
-        """When the nth motion went over to other dependent speeds, and the routines that step these."""
+        """The times at which the nth motion changed its dependent speeds, and the routines for the new ones."""
         own = ran.changes[n] if ran.changes else []
         for k in {k for _, k in own} - set(self._choices):
             assert self.lanes is not None
@@ -114,7 +114,7 @@ class Batch:
         return [(t, self._choices[k]) for t, k in own]
 
     def _bind(self) -> None:
-        """The kernel of a tile and what it calls."""
+        """Compiles the tile kernel and binds the routines that it calls."""
         runner, given, now = self.runner, self.runner.given, self.runner.now
         settings = now.settings or Settings()
         kernel = kernel_of(runner.method.name, now)
@@ -127,9 +127,9 @@ class Batch:
         self.kernel = _compiled(settings)
 
     def run(self, x: Array, p: Array, reach: Array | None = None) -> Ran:
-        """The motions from (q, u, a), a row of x each, with parameters, a row of p, and `reach`, what entries of A have reached.
+        """The motions from initial (q, u, a), rows of x, with parameters, rows of p; `reach`: magnitudes of the entries of A so far.
 
-        The runner has other parameters afterwards than it has been told.
+        Changes the parameters of the runner.
         """
         n, samples = len(self.runner.y), len(self.runner.rows)
         states = np.zeros((len(x), len(self.runner.t), n))
@@ -173,7 +173,7 @@ class Batch:
         )
 
     def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
-        """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""
+        """Masks: regular equations at the start (pivot above `SURELY_REGULAR`); energy balance well within tolerance."""
         runner, few = self.runner, self.runner.few
         rtol, whole = runner.method.rtol, len(few) == len(runner.t)
         some, t = states if whole else np.ascontiguousarray(states[:, few]), runner.t[few]
@@ -188,7 +188,7 @@ class Batch:
         return pivot[:, 0] > SURELY_REGULAR, kept
 
     def _open(self, some: Array, p: Array) -> Array:
-        """What the absolute tolerance leaves open of the energy at samples (m × n) of a motion, where these are all; else nothing."""
+        """The uncertainty of the energy due to atol, if `some` (m × n) are all samples of a motion and at most `FEW`; else zeros."""
         m, n = some.shape
         if m < len(self.runner.t) or m > FEW:
             return np.zeros(m)
@@ -198,7 +198,7 @@ class Batch:
         return opened(e)
 
     def _read(self, t: Array, states: Array, p: Array) -> Array:
-        """K, E and the pivot at times (k × m) and states (k × m × n), with parameters for each of k (3 × k × m)."""
+        """K, E and the pivot (3 × k × m) at times (k × m) and states (k × m × n), with parameters for each of k motions."""
         (count, m, n), rows = states.shape, t.size
         every = np.repeat(np.append(p, np.zeros((count, 1)), axis=1), m, axis=0)
         found = np.zeros((rows, 3))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chunks: consecutive instances whose results are made, kept or sent, and written together.
+"""Chunks: consecutive instances whose results are computed, kept or sent, and written together.
 
-How a chunk is cut into tiles follows from its length alone, so that its numbers depend neither on threads nor on the process.
+The division of a chunk into tiles depends on its length alone, so that results depend neither on threads nor on the process.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,18 +16,18 @@ from kane.motion.many.tiles import MOST, ContactPool, Ensemble, Pool, cut_into, 
 from kane.numeric.arrays import Array
 
 LARGEST = 2**31
-"""Bytes of a result that is kept in memory."""
+"""Largest size of a result in memory (bytes)."""
 _BYTES = 2**26
-"""Bytes of a chunk at most."""
+"""Largest size of a chunk (bytes)."""
 _LEAST, _LARGE, _CHUNKS = 64, 4096, 32
-"""Instances of a chunk unless told: `_CHUNKS` chunks of so many at least and at most."""
+"""Default sizes: about `_CHUNKS` chunks, of `_LEAST` to `_LARGE` instances each."""
 _OTHER = 256
-"""Bytes of an instance's status, cause and last state, about."""
+"""Approximate size of the status, cause and final state of an instance (bytes)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Many motions: the family, what is kept of each at the times t, and what is told of all in attributes."""
+    """Many motions: the ensemble, the quantities recorded at the times t, and the attributes of the resulting Dataset."""
 
     family: Ensemble
     kept: Sequence[RecordedQuantity]
@@ -39,16 +39,16 @@ class Job:
 
     @property
     def count(self) -> int:
-        """How many motions there are."""
+        """The number of motions."""
         return self.family.instances.count
 
     @cached_property
     def pool(self) -> Pool | ContactPool | None:
-        """Kernels, made once; another process makes its own."""
+        """The compiled kernels, made once in each process."""
         return prepared(self.family)
 
     def results(self, tiles: Sequence[range], threads: int, told: Callable[[int], Any] = lambda done: None) -> Results:
-        """Results of consecutive tiles; `told` hears after each how many instances are done."""
+        """Results of consecutive tiles; `told` is called after each with the number of instances completed."""
         rows = range(tiles[0].start, tiles[-1].stop)
         result = Results(self.family.eom, self.kept, self.t, self.family.instances, rows)
         for tile in outcomes(self.family, self.pool, tiles, threads):
@@ -61,17 +61,17 @@ class Job:
         return self.results(cut_into(rows, max(16, min(MOST, len(rows) // 16))), threads, told)
 
     def bytes_of_one(self) -> int:
-        """Bytes that the results of an instance take, about."""
+        """Approximate size of the results of an instance (bytes)."""
         kept = [1 if one.reduce else prod(one.shape(self.family.eom, len(self.t))) for one in self.kept]
         return 8 * sum(kept) + _OTHER
 
     def chunk_size(self) -> int:
-        """Instances of a chunk unless told."""
+        """Default number of instances in a chunk."""
         size = min(_LARGE, max(_LEAST, -(-self.count // _CHUNKS)))
         return max(1, min(size + -size % _LEAST, _BYTES // self.bytes_of_one()))
 
     def check_size(self) -> None:
-        """A SimulationError where results are too large to be kept in memory."""
+        """Raises SimulationError if the results are too large for memory."""
         size = self.count * self.bytes_of_one()
         if size > LARGEST:
             raise SimulationError(

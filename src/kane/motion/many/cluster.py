@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Chunks of many motions as tasks of a Dask cluster.
 
-Equations and instances go to each worker once, as data of which it derives and compiles its own. A task is a chunk on one thread; the
-worker writes it to the store, or sends it back. Dask repeats tasks of workers that died; as a chunk is always the same, written twice
-or once makes no difference.
+Equations and instances are sent to each worker once; the worker derives and compiles its own kernels. A task is a chunk on one
+thread; the worker writes it to the store or sends it back. Dask repeats tasks of workers that died; since the numbers of a chunk are
+always the same, a chunk that is written twice does no harm.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,14 +19,14 @@ from kane.motion.many.stores import write
 
 
 def checked(client: Any) -> Any:
-    """A client of a cluster.
+    """The client, if it is a synchronous one of Dask's distributed.
 
     Raises
     ------
     ImportError
         without the package distributed
     SimulationError
-        if it is something else, or a client for coroutines
+        if it is not a Client, or is asynchronous
     """
     kind = package("distributed", "cluster").Client
     cure = "Write client=distributed.Client(cluster)."
@@ -37,12 +37,12 @@ def checked(client: Any) -> Any:
 
 
 def spread(client: Any, job: Job, chunks: Sequence[range], path: Path | None, told: Callable[[int], Any]) -> list[Any]:
-    """Run chunks on a cluster, to the store at a path; without one their Datasets in order. `told` hears how many instances are done.
+    """Run chunks on a cluster, to the store at `path`, or return their Datasets in order. `told` is called with the number completed.
 
     Raises
     ------
     SimulationError
-        if the cluster is lost, or its workers die of a chunk
+        if the cluster is lost, or a chunk repeatedly kills its worker
     """
     found: dict[range, Any] = {}
     done = 0
@@ -63,7 +63,7 @@ def spread(client: Any, job: Job, chunks: Sequence[range], path: Path | None, to
 
 
 def _run(job: Job, rows: range, path: Path | None) -> Any:
-    """What a worker does."""
+    """The task of a worker."""
     chunk = job.chunk(rows, threads=1)
     if path is None:
         return chunk.dataset({})
@@ -77,7 +77,7 @@ def _lost(client: Any) -> Iterator[None]:
         yield
     except KaneError:
         raise
-    except Exception as error:  # what a lost cluster says has as many names as there are layers in it
+    except Exception as error:  # each layer of a cluster raises its own types when it is lost
         raise SimulationError(
             f"Expected the cluster {client.scheduler_info().get('address', '')} to run every chunk, got {type(error).__name__}: "
             f"{cut(str(error), 300)}. Start it again and call again: with store= only the chunks that are missing are run."

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Designs: values of several quantities between bounds, by SciPy's low-discrepancy samplers, or every combination of levels.
+"""Designs of experiments: points between bounds by SciPy's low-discrepancy samplers, or all combinations of levels.
 
-Sobol' points are scrambled and cut from the next power of two (Owen 1998; SciPy, `scipy.stats.qmc`).
+Sobol' points are scrambled, and truncated from the next power of two (Owen 1998; SciPy, `scipy.stats.qmc`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,16 +18,16 @@ from kane.numeric.sampling import SEED
 
 PRODUCT = "product"
 SAMPLERS = {"sobol": "Sobol", "latin": "LatinHypercube", "halton": "Halton", "uniform": None}
-"""What draws points of the unit cube, and SciPy's class where it is one of its."""
+"""Samplers of the unit cube, with the name of SciPy's class, if any."""
 
 
 def quantities(design: Any, sampler: str | None, count: int | None, seed: int | None) -> Mapping[Any, Any]:
-    """The values of a design by name: without a sampler those of the instances themselves.
+    """The values of a design by name; without a sampler, the design contains the values of the instances themselves.
 
     Raises
     ------
     SimulationError
-        if it is no table of names, or not admissible
+        if the design is not a table with names, or is inadmissible
     """
     table = table_of(design)
     if not isinstance(table, Mapping):
@@ -45,12 +45,12 @@ def quantities(design: Any, sampler: str | None, count: int | None, seed: int | 
 
 
 def drawn(design: Mapping[Any, Any], sampler: str, count: int | None, seed: int | None) -> dict[Any, Array]:
-    """Values of each quantity, an instance each: every combination of the levels of a product, else `count` points between bounds.
+    """Values of each quantity, one per instance: all combinations of the levels of a product, or `count` points between bounds.
 
     Raises
     ------
     SimulationError
-        if the sampler is unknown, bounds are no two finite numbers in order, or count and seed do not fit it
+        if the sampler is unknown, bounds are not two ascending finite numbers, or count and seed do not suit the sampler
     """
     expect.one_of(sampler, (*SAMPLERS, PRODUCT), "the sampler of a design to be", error=SimulationError)
     expect.that(design, "at least one quantity in a design", design, "Name some: {'m': (1, 2)}.", error=SimulationError)

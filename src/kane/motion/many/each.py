@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives of many motions whose equations cannot carry them along, of each by itself: across modes of contacts, above all."""
+"""Derivatives of many motions computed one by one, where they cannot be further states of the equations: mainly with contacts."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -21,10 +21,10 @@ from kane.program.native.machine import Settings
 from kane.progress import far
 
 USUAL = 1e-11
-"""Tolerances of motions that are differentiated by themselves, where none are told."""
+"""Default tolerances of motions that are differentiated one by one."""
 
 _FURTHER = ("method", "max_step", "breakpoints", "max_steps", "first_step", "max_seconds")
-"""Options of the motions that are as they were told."""
+"""Options of the motions that are passed on."""
 
 
 def one_by_one(
@@ -36,13 +36,13 @@ def one_by_one(
     by: tuple[Symbol, ...],
     settings: Settings | None,
 ) -> Any:
-    """The Dataset of motions with the derivatives of what is kept; NaN of a motion that has none, of which is warned.
+    """The Dataset with the derivatives of the recorded quantities; NaN, with a warning, for motions that are not differentiable.
 
     Raises
     ------
     SimulationError
-        if no motion has one
-    """  # fmt: skip
+        if no motion is differentiable
+    """
     t, values, causes = found["t"].values, dict[str, Array](), dict[int, str]()
     for k in range(many.count):
         far(partial("derivatives of {} of {}".format, k, many.count))
@@ -71,7 +71,7 @@ def _of_one(
     eom: Equations, plan: Plan, given: State, kept: Sequence[RecordedQuantity], by: tuple[Symbol, ...], settings: Settings | None,
     t: Array,
 ) -> list[Array]:  # fmt: skip
-    """The derivatives of what is kept of one motion, at times or as they are reduced."""
+    """The derivatives of the recorded quantities of one motion, at times t or reduced over them."""
     rtol, atol = (USUAL if one is None else one for one in (plan.rtol, plan.atol))
     further = {name: value for name, value in plan._asdict().items() if name in _FURTHER and value is not None}
     course = ParametricMotion.of(eom, plan.span, by, given, (rtol, atol), settings, further)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many motions of the same equations in lanes: the kernel that runs one, printed for several at once, which go through a queue.
+"""Many motions of the same equations in vector lanes: the stepping kernel, printed for several instances at once, with a queue.
 
-Each lane has a time, step, end, parameters, inputs and events of its own, and takes up the next instance where its own has ended.
-Motions are those of one call of an explicit method's kernel, with inputs that are numbers. What a kernel asks of Python ends an
-instance with the `ReturnCode` that says so: it is to be run alone.
+Each lane has its own time, step, end, parameters, inputs and events, and takes the next instance from the queue when its own has
+ended. Motions are those of one kernel call of an explicit method, with constant inputs. Where a kernel needs Python, it ends the
+instance with the corresponding `ReturnCode`; the instance must then be run individually.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,16 +40,16 @@ _TABLES = ("entry_at", "turn_at", "chosen_at", "dependent", "sphere_at", "ready"
 SHARED = frozenset(
     {*QUEUE, "pauses", "kinds", "least", "shares", "pivots", "actions", *(f"held_{name}" for name in _TABLES)}
 )
-"""The arrays that all instances have in common."""
+"""The arrays that are common to all instances."""
 
 
 class Ends(NamedTuple):
-    """Of each of k instances its samples (k × m × n), and its last state (k × n), time, `ReturnCode`, and steps.
+    """The results of k instances: samples (k × m × n), final state (k × n), time, `ReturnCode` and number of steps of each.
 
-    A state is (q, u, a) and the work of the loads. Samples that were not reached are NaN; one at the instant of an action is the
-    state after it. Of each instance `events` holds the passages (time, number of the event), and `jumps` where it was ended or
-    changed (time, how many events by then, state before, state after). `told` are the slots (k × SIZE), `changes` when which of the
-    choices of dependent speeds were gone over to.
+    A state is (q, u, a) and the work of the loads. Samples that were not reached are NaN; a sample at the instant of an action is
+    the state after it. For each instance `events` contains the crossings (time, index of the event), and `jumps` the actions and
+    ends (time, number of events so far, state before, state after). `told` are the slots (k × SIZE), `changes` the (time, index) of
+    each change of dependent speeds.
     """
 
     samples: Array
@@ -63,7 +63,7 @@ class Ends(NamedTuple):
     changes: tuple[list[tuple[float, int]], ...] = ()
 
     def replaced(self, rows: Mask, own: "Ends") -> "Ends":
-        """The same with others in some rows."""
+        """A copy with some rows replaced."""
         whole: list[Any] = [list(x) if isinstance(x, tuple) else x.copy() for x in self]
         parts: list[Any] = [*own]
         for mine, others in zip(whole, parts, strict=True):
@@ -74,7 +74,7 @@ class Ends(NamedTuple):
 
 
 def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
-    """Whether lanes run such motions."""
+    """Whether lanes can run motions of such equations by this method."""
     eom = stepper.eom
     return (
         method.name in INTEGRATORS
@@ -90,7 +90,7 @@ def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
 def _compiled(
     name: str, held: bool, watched: bool, width: int, settings: Settings
 ) -> tuple[CompiledKernel, CompiledKernel]:
-    """The kernel of an integrator in lanes, and that of their queue."""
+    """The kernel of an integrator in lanes, and the kernel of their queue."""
     kernel = narrowed(INTEGRATORS[name].kernel(queued=True, held=held, watched=watched))
     queue = queue_kernel(width, turned_over(kernel.arguments))
     return CompiledKernel(kernel, settings, width=width, shared=SHARED), CompiledKernel(queue, settings)
@@ -109,12 +109,12 @@ def run_in_lanes(
 ) -> Ends:
     """The motions from `starts` (k × n), with `parameters` (k × p) and `inputs` (k × r), over `spans` (k × 2), at `times` (k × m).
 
-    Times ascend in each row, after the beginning of the span. Starts are on the constraints, of whose A entries have had the sizes
-    `reach` (k × rows × speeds). It runs without the interpreter's lock, in arrays of its own. Dependent speeds that some instances
-    want, and that nobody has compiled before, are compiled, and these instances run once more.
+    Times ascend in each row, after the beginning of the span. Starts satisfy the constraints; `reach` (k × rows × speeds) are the
+    largest magnitudes of the entries of A so far. Runs without the interpreter's lock, in its own arrays. If instances require
+    dependent speeds that are not compiled yet, these are compiled and the instances run again.
     """
     own = starts, parameters, inputs, spans, times
-    known = {*stepper.numeric.value(wanted)}  # other threads may want more in the meantime
+    known = {*stepper.numeric.value(wanted)}  # other threads may add more meanwhile
     ends = _run(stepper, method, own, reach, width)
     while True:
         again = _want_others(stepper, ends, known)
@@ -125,7 +125,7 @@ def run_in_lanes(
 
 
 def _want_others(stepper: Stepper, ends: Ends, known: set[Partition]) -> Mask:
-    """The instances that came back for dependent speeds that were not `known` before, which they are from now on."""
+    """The instances that ended because they need dependent speeds that were not `known`; adds these to the known ones."""
     held, which = ends.told[:, Slot.HELD], ends.told[:, Slot.WORST]
     asks = (ends.back == ReturnCode.LOOK) & (held == POORER) & (which >= 0.0)
     every = choices(stepper.eom)
@@ -136,7 +136,7 @@ def _want_others(stepper: Stepper, ends: Ends, known: set[Partition]) -> Mask:
 
 
 def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | None, width: int) -> Ends:
-    """The motions of `run_in_lanes` in the lanes of one kernel, with the dependent speeds that are known."""
+    """The motions of `run_in_lanes` in the lanes of one kernel, with the compiled choices of dependent speeds."""
     starts, parameters, inputs, spans, times = own
     (count, m), n = times.shape, starts.shape[1] + 1
     now, settings = stepper.now, stepper.now.settings or Settings()
@@ -159,7 +159,7 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
         rows, columns = np.array(entries(now.eom), dtype=int).reshape(-1, 2).T
         table["held_reach"][:, :-1] = reach[:, rows, columns]
     begins = np.ones(count, bool)
-    if now.events is not None:  # the others are for Python
+    if now.events is not None:  # Python decides starts on a threshold
         begins, values = _beside_no_threshold(now, given, spans[:, 0], table["y"], table)
         table["seen"][:, : values.shape[1]], table["largest"][:, : values.shape[1]] = values, np.abs(values)
         table["leaves"][:] = 0.0
@@ -186,7 +186,7 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
         whole[begins] = results
         whole[~begins, : SIZE + n] = np.hstack([table["s"], table["y"]])[~begins]
         whole[~begins, Slot.BACK] = ReturnCode.LOOK
-    if now.events is not None:  # so are those at whose end rounding may lead across a threshold
+    if now.events is not None:  # also where rounding may cross a threshold at the end
         beside, _ = _beside_no_threshold(now, given, spans[:, 1], whole[:, SIZE : SIZE + n], table)
         across = (whole[:, Slot.BACK] == ReturnCode.END) & ~beside
         whole[across, Slot.BACK], whole[across, Slot.HELD] = ReturnCode.LOOK, 0.0
@@ -194,7 +194,7 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
 
 
 def _among(stepper: Stepper, given: Given, start: Array, width: int) -> Selection | None:
-    """The rates with the dependent speeds that are known, of which each lane calls its own; None where there is no choice."""
+    """The rates for each compiled choice of dependent speeds, selected per lane; None if there is a single choice."""
     now, every, place = stepper.now, choices(stepper.eom), len(given["p"]) - 1
     if len(every) < 2:
         return None
@@ -214,7 +214,7 @@ def _among(stepper: Stepper, given: Given, start: Array, width: int) -> Selectio
 
 
 def _codes(now: Routines, width: int, callees: list[str], rates: Selection | None) -> dict[str, Entry]:
-    """The routines that a kernel calls, in lanes; the rates stand for those that it does not."""
+    """The routines that a kernel calls, in lanes; the rates fill arguments that are not called."""
     routines: dict[str, tuple[CompiledRoutine, str]] = {}
     if now.events is not None:
         routines |= {name: (routine, f"hoist_h{name[0]}") for name, routine in evaluated(now).items()}
@@ -230,7 +230,7 @@ def _codes(now: Routines, width: int, callees: list[str], rates: Selection | Non
 def _beside_no_threshold(
     now: Routines, given: Given, t: Array, y: Array, table: Mapping[str, Array]
 ) -> tuple[Mask, Array]:
-    """The instances that are surely at no threshold of an event at times t and y, with the quantities there."""
+    """The instances that are certainly not on a threshold of an event at times t and states y, and the event functions there."""
     routine, count = evaluated(now)["glance"], given["events"]
     wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
     x, p, r = y[:, : now.width], table["p"][:, :wanted], table["r"][:, : len(now.drives)]
@@ -243,7 +243,7 @@ def _beside_no_threshold(
 
 
 def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
-    """What was stored of the instances."""
+    """The results in the arrays that the kernel stored."""
     (count, m), n, s = times.shape, stored["y"].shape[1], stored["s"]
     samples = stored["rows"][:, : m * n].reshape(count, m, n)
     samples[np.arange(m) >= s[:, Slot.SAMPLE, None]] = np.nan
@@ -269,14 +269,14 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
 
 
 def _in_lanes(array: Array, width: int) -> Array:
-    """Each number once for each lane."""
+    """Each number repeated for each lane."""
     made = aligned(len(array) * width)
     made[:] = np.repeat(array, width)
     return made
 
 
 def _slots(method: Method, spans: Array) -> Array:
-    """What the kernel is told of each instance."""
+    """The initial slots of each instance."""
     if (spans == spans[0]).all():
         different, which = spans[:1], np.zeros(len(spans), dtype=int)
     else:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Results of many motions: arrays that fill tile by tile, as one Dataset of xarray over (instance, t)."""
+"""Results of many motions: arrays that are filled tile by tile, as one xarray Dataset over (instance, t)."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ Reduction = Callable[[Array], Any]
 
 
 def _last(values: Array) -> Array:
-    """The last number that there is, of values along t."""
+    """The last finite value along t."""
     at = np.isfinite(values).cumsum(axis=0).argmax(axis=0)
     result: Array = np.take_along_axis(values, at[None], axis=0)[0]
     return result
@@ -42,16 +42,16 @@ REDUCTIONS: Mapping[str, Reduction] = {
     "min": lambda values: np.fmin.reduce(values, axis=0),
     "mean": _mean,
 }
-"""What is kept of values along t (n × …), by name; samples that a motion does not reach are NaN and do not count."""
+"""Reductions of values along t (n × …), by name; samples beyond the end of a motion are NaN and are ignored."""
 CARRIED: Collection[Reduction | None] = (None, REDUCTIONS["last"], REDUCTIONS["mean"])
-"""Those by which the derivative of what is kept is made of derivatives."""
+"""Reductions that commute with differentiation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedQuantity:
-    """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it.
+    """A quantity recorded of each motion: an expression, vector or name, its unit and description, and a reduction over t.
 
-    `dims` are the dimensions of values that have names other than usual.
+    `dims` are the names of its further dimensions, if they are not the default ones.
     """
 
     name: str
@@ -67,7 +67,7 @@ class RecordedQuantity:
         Raises
         ------
         SimulationError
-            if what reduces them does not take zeros
+            if the reduction fails for zeros
         """
         wanted = asked(eom.derived, self.what)
         values = np.asarray(wanted.filled([np.zeros(samples)] * len(wanted.roots)))
@@ -83,12 +83,12 @@ class RecordedQuantity:
 
 
 def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -> list[RecordedQuantity]:
-    """Coordinates, speeds and further states where no outputs are named, else these.
+    """The quantities named in `outputs`, by default coordinates, speeds and further states.
 
     Raises
     ------
     ArgumentError
-        if outputs are no dict of names
+        if outputs are not a dict of names
     SimulationError
         if a reduction is unknown
     """
@@ -116,14 +116,14 @@ def _reduction(given: Any) -> Reduction:
 
 
 class _Texts:
-    """A text of each of n instances, empty at first; most are the same ones."""
+    """A text for each of n instances, initially empty; equal texts are stored once."""
 
     def __init__(self, n: int) -> None:
         self.numbers = {"": 0}
         self.which = np.zeros(n, dtype=np.int64)
 
     def put(self, places: int | Indices, text: str) -> None:
-        """The text of an instance, or of some."""
+        """Sets the text of one or several instances."""
         self.which[places] = self.numbers.setdefault(text, len(self.numbers))
 
     def array(self) -> Any:
@@ -133,7 +133,7 @@ class _Texts:
 
 
 class Results:
-    """Numbers of all instances, or of `rows` of them, NaN where there are none (yet): what is kept over t, how each motion ended."""
+    """Results of all instances or of `rows`, NaN where not available (yet): recorded quantities over t, and how each motion ended."""
 
     def __init__(
         self,
@@ -155,7 +155,7 @@ class Results:
         self.end_t, self.end_state = np.full(n, np.nan), np.full((n, len(eom.state)), np.nan)
 
     def put(self, found: Tile) -> None:
-        """What became of the instances of a tile."""
+        """Stores the outcomes of a tile."""
         for k, one in found.outcomes.items():
             self._note(k - self.rows.start, one)
         motions = {k - self.rows.start: one.found for k, one in found.outcomes.items() if one.found is not None}
@@ -171,7 +171,7 @@ class Results:
         self.done += len(found.outcomes) + sum(len(own.instances) for own in found.finished)
 
     def _keep_all(self, which: Sequence[int] | Indices, table: Solution, at: Any = None, there: Any = None) -> None:
-        """What is kept of instances, by their motions as a table and where in it their samples are, unless these are all of it."""
+        """Records instances whose motions are one table; `at` are the rows of their samples, `there` whether these exist."""
         for quantity in self.kept:
             column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
             values = np.asarray(table[quantity.what]) if column is None else table.states[:, column]
@@ -181,7 +181,7 @@ class Results:
             self._keep(quantity, which, values)
 
     def _sample_indices(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
-        """Where each motion's samples at the times t are in the table of all, after what acts there, and whether there are such."""
+        """The rows of each motion's samples at the times t in the joint table, after actions, and whether there is such a sample."""
         at, there, first = (
             np.empty((len(motions), len(self.t)), dtype=np.int64),
             np.ones((len(motions), len(self.t)), dtype=bool),
@@ -211,21 +211,21 @@ class Results:
             self.texts[name].put(k, text)
 
     def _keep(self, one: RecordedQuantity, places: Sequence[int] | Indices, values: Array) -> None:
-        """The values of instances along t (instances × t × …), or what they are reduced to."""
+        """Stores the values of instances along t (instances × t × …), or their reductions."""
         kept = values if one.reduce is None else np.array([one.reduce(row) for row in values], dtype=float)
         if one.name not in self.values:
             self.values[one.name] = np.full((len(self.rows), *kept.shape[1:]), np.nan)
         self.values[one.name][places] = kept
 
     def dataset(self, facts: Mapping[str, Any]) -> Any:
-        """The Dataset; `facts` are told in its attributes."""
+        """The Dataset, with `facts` as its attributes."""
         own = self.variables()
         return package("xarray").Dataset(
             own, coordinates(self.eom, self.t, self.instances, self.rows, own), dict(facts)
         )
 
     def variables(self) -> dict[str, Any]:
-        """Variables of xarray by name."""
+        """The variables of the Dataset by name."""
         xarray = package("xarray")
         own: dict[str, Any] = {}
         for one in self.kept:
@@ -245,7 +245,7 @@ class Results:
 
 
 def coordinates(eom: Equations, t: Array, many: Instances, rows: range, variables: Mapping[str, Any]) -> dict[str, Any]:
-    """What stands along the dimensions of variables, for the instances `rows`: Variables of xarray by name."""
+    """The coordinates of the Dataset by name, for the instances `rows`."""
     xarray = package("xarray")
     result = {
         "instance": xarray.Variable("instance", np.arange(rows.start, rows.stop)),
@@ -272,7 +272,7 @@ _VARIED = dict.fromkeys(STARTS, "start value of") | {"parameters": "parameter", 
 
 
 def _together(motions: Sequence[Solution]) -> Solution:
-    """Motions of several instances as one table, each with phases of its own: what is read off it is evaluated once for all."""
+    """Motions of several instances as one table with separate phases, so that an expression is evaluated once for all."""
     first = motions[0]
     if len(motions) == 1:
         return first

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`simulate_many`: the motions of many instances, spread over threads."""
+"""`simulate_many`: the motions of many instances, on threads and in vector lanes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -66,65 +66,65 @@ def simulate_many(
     settings: Settings | None = None,
     check: Sequence[Any] = (),
 ) -> Any:
-    """Many motions over one span, on threads and in lanes of vectors where a kernel runs them by itself.
+    """Simulate many motions over one time span, on threads and in vector lanes where a kernel can run them without Python.
 
-    Motions in lanes are those of `kn.simulate` by the same method, to rounding, and from the same state bit for bit with
-    `kn.Settings(contract=False)`; others are so in any case. In lanes "auto" takes "vern9" where it takes "gauss16" for one motion.
-    Starts on constraints are found of all together, on the branch nearest to the guesses as `kn.assemble` finds it, to rounding. An
-    instance that lanes leave, as it stops or chatters, is run by itself, by the method as it was given.
-    Equations and kernels are prepared once. An instance that cannot start or stops does not stop the others: `status` and `cause` say
-    what became of it. Motions whose inputs are functions of Python run one after the other.
+    Motions in lanes agree with `kn.simulate` by the same method to rounding, and bit for bit from the same initial state with
+    `kn.Settings(contract=False)`; other motions agree bit for bit in any case. In lanes, "auto" selects "vern9" where it selects
+    "gauss16" for a single motion. Initial states on constraints are computed for all instances together, on the branch nearest to
+    the guesses, and agree with `kn.assemble` to rounding. An instance that stops or chatters in lanes is run again individually, by
+    the specified method. Equations and kernels are prepared once. An instance that fails does not affect the others; `status` and
+    `cause` report it. Motions with Python functions as inputs run one after the other.
 
     Parameters
     ----------
     eom : Equations
     span : (float, float)
         beginning and end (s)
-    q, u, states, parameters : start values and parameters, a number for all instances or an array (n) for each, by symbol or name:
-        a dict, a DataFrame of pandas, a Dataset of xarray; or an array (n × as many as there are) in order
-    inputs : as `kn.simulate` takes them, the same for all; or an array (n) of numbers, one for each instance. Parameters in
-        expressions have the values of the instance
+    q, u, states, parameters : initial values and parameters, each a number for all instances or an array (n), by symbol or name, in
+        a dict, a pandas DataFrame or an xarray Dataset; or an array (n × number of symbols) in order
+    inputs : as for `kn.simulate`, the same for all instances; or an array (n) of constants. Parameters in expressions have the values
+        of the instance
     design : a table as above with names of any kind, or, with a sampler, {name: (low, high)}
-    sampler : "sobol", "latin", "halton" or "uniform", `count` points between the bounds; "product", every combination of the
+    sampler : "sobol", "latin", "halton" or "uniform" for `count` points between the bounds; "product" for all combinations of the
         numbers {name: [levels]}
-    count, seed : how many instances the sampler draws, and from which seed; the same one unless told
-    outputs : {name: expression, vector, or name}, kept in place of the coordinates, speeds and states
-    by : parameters, of the equations or of inputs that are expressions, and coordinates, speeds or states for their start values:
-        variables "…_by" (instance, t, by) are the derivatives of what is kept, which equations carry along as further states, in
-        lanes, and across events by saltation. With contacts, actions in Python or under constraints, or events of what other events
-        alone change, or by parameters that move when inputs or loads turn, they are found of each motion by itself, as by
-        `kn.fitting.sensitivities`, without a store
-    reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, in which NaN is beyond its
+    count, seed : number of instances that the sampler draws, and its seed; the default seed is fixed
+    outputs : {name: expression, vector, or name}, recorded instead of the coordinates, speeds and states
+    by : parameters, of the equations or of inputs that are expressions, and coordinates, speeds or states, which stand for their
+        initial values: variables "…_by" (instance, t, by) are the derivatives of the recorded quantities, integrated as further
+        states, in lanes, with saltation matrices at events. With contacts, actions in Python or under constraints, events that
+        depend only on values set by other events, or breakpoints that depend on the parameters, each motion is differentiated
+        separately as by `kn.fitting.sensitivities`, and a store is not possible
+    reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, which are NaN beyond its
         end; or a dict of these by output
-    threads : as many as there are processors unless told
-    lanes : whether motions run in lanes where lanes run such motions; unless told from 64 instances on, if vectors of the processor
-        have four lanes or more. Without lanes each is that of `kn.simulate`, bit for bit
-    store : the path of a folder, "runs.zarr", to which results are written chunk by chunk in the format Zarr 3, so that memory does
-        not grow with the number of instances. Called again, also after it was killed, it runs what is missing. The Dataset reads
-        from it what is asked for
-    chunk : instances that are written together, and lost if the process is killed meanwhile; thousands of short motions unless told
-    client : a `distributed.Client` of Dask, whose workers run chunks, each on one thread, and write them to the store, which they all
-        must see, or send them back
+    threads : number of threads; by default the number of processors
+    lanes : whether to use lanes for motions that support them; by default from 64 instances on, if vector registers of the processor
+        have four lanes or more. Without lanes each motion equals that of `kn.simulate`, bit for bit
+    store : path of a directory, such as "runs.zarr", to which results are written chunk by chunk in Zarr 3 format, so that memory
+        does not grow with the number of instances. A repeated call, also after the process was killed, runs only the missing
+        chunks. The Dataset reads from the store lazily
+    chunk : number of instances written together, and lost if the process is killed meanwhile; by default thousands of short motions
+    client : a `distributed.Client` of Dask, whose workers run chunks, each on one thread, and write them to the store, which must be
+        accessible to all of them, or send them back
     method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds, settings, check
-        as `kn.simulate` takes them
+        as for `kn.simulate`
 
     Returns
     -------
     xarray.Dataset
         dimensions instance, t and state. Variables by name, units in their attributes; `status` ("finished", "event", "stopped", or
-        "failed" at the start), `cause`, `event`, `warning`, `steps`, `end_t` (s) and `end_state` of each instance. What differs
-        stands along instance as coordinates: parameters and inputs by name, start values as "q1(0)". Beyond the end of a motion is NaN
+        "failed" at the start), `cause`, `event`, `warning`, `steps`, `end_t` (s) and `end_state` of each instance. Values that differ
+        between instances are coordinates: parameters and inputs by name, initial values as "q1(0)". NaN beyond the end of a motion
 
     Raises
     ------
     ImportError
         without xarray (`pip install 'kane[table]'`), or with a client without distributed (`pip install 'kane[cluster]'`)
     SimulationError
-        if arrays do not fit together, a number is not finite, there is no instance, an option is not admissible, or results without a
-        store are larger than 2 GiB, or the cluster is lost
+        if lengths of arrays differ, a number is not finite, there is no instance, an option is inadmissible, results without a store
+        are larger than 2 GiB, or the cluster is lost
     SolutionFileError
-        if the store is of another system, other settings or other starts, and it says which; or cannot be written, and what there is
-        of it is kept
+        if the store belongs to another system, other settings or other initial values (the message names them), or cannot be
+        written; chunks already written are kept
     ValueMissingError
         if a name is unknown
 
@@ -160,7 +160,7 @@ def simulate_many(
 
 
 class _Run(NamedTuple):
-    """Equations, instances, what is kept of each, and what is done with the Dataset at last."""
+    """Equations, instances, recorded quantities, and the final operation on the Dataset."""
 
     eom: Equations
     many: Instances
@@ -169,7 +169,7 @@ class _Run(NamedTuple):
 
 
 def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, stored: bool) -> _Run:
-    """The same with derivatives: of equations that carry them along, or else of each motion by itself."""
+    """The same with derivatives: by equations with the derivatives as further states, or else for each motion separately."""
     eom, many, kept, _ = run
     wanted = unknowns(eom, many.at(0)["inputs"], by)
     check_reduced(kept)
@@ -203,7 +203,7 @@ def _in_memory(job: Job, size: int | None, threads: int, client: Any) -> Any:
 
 
 def _stored(store: Store, job: Job, threads: int, client: Any) -> Any:
-    """The Dataset of a store, after the chunks that it does not have."""
+    """The Dataset of a store, after running the missing chunks."""
     missing = store.missing()
     done = job.count - sum(map(len, missing))
     if client is not None:
@@ -217,7 +217,7 @@ def _stored(store: Store, job: Job, threads: int, client: Any) -> Any:
 
 
 def _far(count: int, before: int = 0) -> Callable[[int], None]:
-    """How many instances of all are done, for the line on the terminal."""
+    """A callback that reports the number of completed instances on the terminal."""
     return lambda done: far(lambda: f"{before + done} of {count}")
 
 
@@ -227,7 +227,7 @@ def _whole(given: Any, what: str, cure: str) -> int | None:
 
 
 def _warn_of_python(many: Instances) -> None:
-    """Warn once of inputs that need Python on the way."""
+    """Warns once of inputs that require calls of Python during a motion."""
     asked = [str(s) for s, f in (many.common["inputs"] or {}).items() if isinstance(f, Sampled) or _asks(f)]
     if asked and many.count > 1:
         warn(
@@ -243,7 +243,7 @@ def _asks(given: Any) -> bool:
 
 
 def _facts(plan: Plan, many: Instances) -> dict[str, Any]:
-    """What is the same of all motions."""
+    """The options and parameters common to all motions."""
     own = {name: value for name, value in plan._asdict().items() if isinstance(value, str | float | int)}
     own |= {f"parameter {s}": float(v) for s, v in (many.common["parameters"] or {}).items()}
     own.pop("samples", None)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stores: results of many motions as a folder in the format Zarr 3, which is written chunk by chunk and goes on where it was left.
+"""Stores: results of many motions as a directory in Zarr 3 format, written chunk by chunk; an interrupted run can be resumed.
 
-A new store is a template, arrays without numbers, that is made beside its name and renamed; so a store has all of it or is not there.
-A chunk of instances is one file of each array, which one writer writes once. Its files go to the disk, each by a rename; after them
-the statuses of the chunk, which are its record: a chunk without statuses, or with such as cannot be read, has not been run. So what a
-killed process leaves is whole chunks, and parts that are written anew.
+A new store is a template of empty arrays, made under a temporary name and renamed, so that a store is either complete or absent. A
+chunk of instances is one file of each array, written once by one writer. Its files are flushed to disk and renamed one by one, and
+the statuses of the chunk, which are its record, come last: a chunk without readable statuses counts as not run. A killed process
+thus leaves complete chunks, and parts that are written again.
 
-The group ".kane" within holds what the motions are of: the system as files of solutions have it (`solution/files.py`), and options and
-start values by text or SHA-256.
+The group ".kane" describes the motions: the system in the form of solution files (`solution/files.py`), and options and initial
+values as text or SHA-256.
 """
 
 import hashlib
@@ -38,7 +38,7 @@ from kane.whole import path_of, to_disk
 FORMAT, VERSION = "kane runs", 1
 _OWN, _HEADER, _RECORD = ".kane", "header", "status"
 _WHOLE = 2**20
-"""Instances of a chunk of what is known from the start."""
+"""Instances per chunk of arrays that are known from the start."""
 _NEW = "Take another path for store=, or remove this one first."
 
 
@@ -56,13 +56,13 @@ class Store:
         return [rows for rows in cut_into(range(self.count), self.size) if not _is_there(record, rows)]
 
     def opened(self, job: Job) -> Any:
-        """The Dataset, whose numbers are read when they are asked for."""
+        """The Dataset, whose numbers are read lazily."""
         options = {"consolidated": False, "decode_times": False}
         variables, known = _empty(job, 0)
         return package("xarray").open_zarr(self.path, **options)[[*variables, *known]].set_coords(list(known))
 
     def tidy(self) -> None:
-        """Nothing is left of writers that were killed."""
+        """Removes temporary files of writers that were killed."""
         for part in self.path.rglob("*.partial"):
             part.unlink(missing_ok=True)
 
@@ -70,7 +70,7 @@ class Store:
 def _is_there(record: Any, rows: range) -> bool:
     try:
         return bool((np.asarray(record[rows.start : rows.stop]) != "").all())
-    except Exception:  # what is left of a record that was not renamed has as many names as there are codecs
+    except Exception:  # each codec raises its own types for an incomplete record
         return False
 
 
@@ -80,12 +80,12 @@ def write(path: Path, chunk: Results) -> None:
     Raises
     ------
     SolutionFileError
-        if they cannot be written
+        if writing fails
     """
     place, told = slice(chunk.rows.start, chunk.rows.stop), chunk.variables()
     with _writing(path):
         group = package("zarr").open_group(path, mode="r+")
-        for name in sorted(told, key=_RECORD.__eq__):  # the record is the last one
+        for name in sorted(told, key=_RECORD.__eq__):  # the record comes last
             array = group[name]
             values = told[name].values
             array[place] = values.astype(object) if values.dtype.kind == "U" else values
@@ -108,14 +108,14 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def begun(given: Any, job: Job, size: int | None) -> Store:
-    """The store at a path, which is made where there is none.
+    """The store at a path, made if it does not exist.
 
     Raises
     ------
     ArgumentError
-        if it is no path
+        if it is not a path
     SolutionFileError
-        if it cannot be made, holds something else, or is of another system, of other settings or of other starts
+        if it cannot be made, contains something else, or belongs to another system, other settings or other initial values
     """
     path = path_of(given, 'store="runs.zarr"').absolute()
     known = declared(job.family.eom.system, _formulas(job))
@@ -160,7 +160,7 @@ def _make(path: Path, fill: Callable[[Path], None]) -> None:
 
 
 def _template(path: Path, job: Job, size: int, header: str) -> None:
-    """Arrays without numbers, coordinates, and what the store is of."""
+    """Writes empty arrays, coordinates and the header."""
     variables, known = _empty(job, job.count)
     for name in (*variables, *known):
         if "/" in name or name.startswith(("__", ".")) or name == "zarr.json":
@@ -179,7 +179,7 @@ def _template(path: Path, job: Job, size: int, header: str) -> None:
 
 
 def _empty(job: Job, count: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Variables without instances, and coordinates for as many as there are."""
+    """Variables without instances, and coordinates for `count` instances."""
     family = job.family
     variables = Results(family.eom, job.kept, job.t, family.instances, range(0)).variables()
     return variables, coordinates(family.eom, job.t, family.instances, range(count), variables)
@@ -197,13 +197,13 @@ def _array(group: Any, name: str, v: Any, shape: tuple[int, ...], size: int) -> 
 
 
 def _header(path: Path) -> dict[str, Any]:
-    """What a store is of."""
+    """The header of a store."""
     try:
         header = json.loads(package("zarr").open_group(path, mode="r")[_OWN].attrs[_HEADER])
         known = header["format"] == FORMAT
     except ImportError:
         raise
-    except Exception:  # what else a folder may hold has as many names as there are libraries below
+    except Exception:  # each library below raises its own types for foreign content
         known = False
     if not known:
         raise SolutionFileError(
@@ -218,7 +218,7 @@ def _header(path: Path) -> dict[str, Any]:
 
 
 def _check(path: Path, header: Mapping[str, Any], known: Declared, same: Mapping[str, str]) -> None:
-    """A SolutionFileError says what differs between a store and what is to be run."""
+    """Raises SolutionFileError that names the difference between a store and the motions to be run."""
     kept = Declared(header["things"], np.array(header["numbers"], dtype=float).reshape(-1, known.numbers.shape[1]))
     before = header["same"]
     names = [name for name in before | same if before.get(name) != same.get(name)]
@@ -239,7 +239,7 @@ def _formulas(job: Job) -> Iterator[tuple[str, Any]]:
 
 
 def _facts(job: Job) -> dict[str, str]:
-    """What else decides the numbers, by name: texts, or SHA-256 of what is long."""
+    """Everything else that determines the numbers, by name: as text, or as SHA-256 if long."""
     family, many = job.family, job.family.instances
     eom, plan = family.eom, family.plan._asdict()
     plan.pop("samples")
@@ -256,8 +256,8 @@ def _facts(job: Job) -> dict[str, str]:
 
 
 def _text(given: Any, depth: int = 4) -> str:
-    """A value in words; what is equal has equal ones in every process, also functions with what they close over and read."""
-    if given is None or isinstance(given, str | bool | Expr):  # expressions are among the formulas
+    """A text that is equal for equal values in every process; of functions it covers closures, defaults and globals they read."""
+    if given is None or isinstance(given, str | bool | Expr):  # `_formulas` compares expressions
         return "an expression" if isinstance(given, Expr) else str(given)
     if isinstance(given, int | float | np.number):
         return repr(float(given))
@@ -282,12 +282,12 @@ def _text(given: Any, depth: int = 4) -> str:
 
 
 def _codes(code: CodeType) -> list[CodeType]:
-    """The code of a function, and of those within it."""
+    """The code object of a function, and those nested in it."""
     return [code, *(inner for c in code.co_consts if isinstance(c, CodeType) for inner in _codes(c))]
 
 
 def _constants(code: CodeType) -> list[Any]:
-    """Those that are no code; of sets in one order in every process."""
+    """The constants that are not code objects; frozensets in the same order in every process."""
     plain = (c for c in code.co_consts if not isinstance(c, CodeType))
     return [sorted(map(repr, c)) if isinstance(c, frozenset) else c for c in plain]
 
@@ -296,14 +296,14 @@ _READ = (str, bool, int, float, np.number, np.ndarray, tuple, list, Mapping, Fun
 
 
 def _globals_of(function: Any) -> list[Any]:
-    """Numbers, texts and functions that a function reads from its module, as far as it names them."""
+    """Numbers, texts and functions that a function reads from its module by name."""
     own, names = function.__globals__, {name for c in _codes(function.__code__) for name in c.co_names}
     found = (own[name] for name in sorted(names) if name in own)
     return [x for x in found if isinstance(x, _READ)]
 
 
 def _attributes(given: Any) -> list[Any]:
-    """What an object holds."""
+    """The attributes of an object."""
     slots = [name for kind in type(given).__mro__ for name in getattr(kind, "__slots__", ())]
     own = [getattr(given, name) for name in slots if hasattr(given, name) and not name.startswith("__")]
     return [*own, *getattr(given, "__dict__", {}).values()] or [repr(given)]

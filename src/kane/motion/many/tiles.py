@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tiles: some instances one after the other on one thread, each one call of machine code that holds no lock of the interpreter.
+"""Tiles: groups of instances that one thread runs, each by one call of machine code that releases the interpreter's lock.
 
-What a kernel cannot judge, or what needs Python on its way, is left open: it is simulated afterwards, one instance after the other.
-So `run_tile` is all that a thread does, and `batch.py` where a tile is one call.
+Instances that a kernel cannot complete, or that need Python during the motion, stay open and are simulated afterwards, one by one.
+`run_tile` is the work of a thread; `batch.py` runs a tile by a single call.
 """
 
 import os
@@ -43,23 +43,23 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _PARTS = 8
-"""So many tiles a thread at least, so that none waits long for the last one."""
+"""Least number of tiles per thread, for balanced loads at the end."""
 MOST = 2048
-"""Instances of a tile at most."""
+"""Largest number of instances in a tile."""
 _BYTES = 2**24
-"""Bytes of the samples of a tile at most, about: they are in memory twice."""
+"""Approximate largest size of the samples of a tile (bytes), which are in memory twice."""
 _ALONE = RLock()
-"""Motions that need Python are simulated one after the other, also where several threads of a worker run chunks."""
+"""Serializes motions that need Python, also where several threads of a worker run chunks."""
 FEW = 64
-"""With fewer instances there are no lanes: code for them takes 0.1 s, or seconds where a stepper is compiled for the first time."""
+"""Least number of instances for lanes: compilation takes 0.1 s, or seconds if a stepper is compiled for the first time."""
 
 _TRIED = 3
-"""Instances of which the first that can be assembled tells where the starts of all may be."""
+"""Number of instances that are tried for the assembly on which the starts of all are based."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ensemble:
-    """Motions that differ in their instances alone: equations, plan, how to compile, what is checked along each."""
+    """Motions that differ only by instance: equations, simulation plan, compiler settings, and functions checked along each motion."""
 
     eom: Equations
     plan: Plan
@@ -68,16 +68,16 @@ class Ensemble:
     instances: Instances
     lanes: bool | None = None
     states_alone: bool = False
-    """Whether nothing but coordinates, speeds and further states is read off the motions."""
+    """Whether only coordinates, speeds and further states are recorded."""
 
     def runner(self, k: int = 0) -> Runner | None:
-        """A runner with the inputs of the kth instance; None where Python is asked between two steps."""
+        """A runner with the inputs of the kth instance; None if Python is called between steps."""
         at = self.instances.at(k)
         return runner_of(self.eom, self.plan, at["inputs"], self.settings, at["parameters"] or {})
 
 
 class Outcome(NamedTuple, Generic[T]):
-    """What became of an instance: its motion, or what was raised in its place, and what was warned of."""
+    """The outcome of an instance: its motion or the error raised instead, and warnings."""
 
     found: T | None
     error: str = ""
@@ -85,12 +85,12 @@ class Outcome(NamedTuple, Generic[T]):
 
     @property
     def is_open(self) -> bool:
-        """Whether there is neither."""
+        """Whether there is neither a motion nor an error."""
         return self.found is None and not self.error
 
 
 class Finished(NamedTuple):
-    """Motions that got to the end and surely keep their energy: which instances, their steps, and all of them as one table."""
+    """Complete motions that conserve energy: their instances, numbers of steps, and all motions as one table."""
 
     instances: list[int]
     steps: Array
@@ -98,7 +98,7 @@ class Finished(NamedTuple):
 
 
 class Tile(NamedTuple):
-    """What became of the instances of a tile: those that were judged one by one, and those that were together, some at a time."""
+    """The outcomes of the instances of a tile: individual ones, and groups of complete motions."""
 
     outcomes: dict[int, Outcome[Solution]]
     finished: Sequence[Finished] = ()
@@ -106,19 +106,19 @@ class Tile(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TileRunner:
-    """What a thread runs tiles with: a runner, unless each instance has its own, and its batch, where it is run in one call."""
+    """The resources with which a thread runs tiles: a runner, unless each instance has its own, and a batch for single-call tiles."""
 
     runner: Runner | None
     batch: Batch | None = None
 
 
 class Pool:
-    """As many of a family's as have run tiles at the same time; `first` is one of them."""
+    """The tile runners of an ensemble, one for each concurrent thread; `first` is the runner of the first."""
 
     def __init__(self, family: Ensemble, first: Runner) -> None:
         self.family = family
         self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
-        # of a beam it is to be seen at each start whether it is bent further than its equations hold
+        # the deflection of a beam must be checked at each start against the range of its equations
         held = self.lanes is not None and first.holding is not None and not first.bends
         self.nearest = _nearest(family, first) if held else None
         self._free = [self._bound(first)]
@@ -132,25 +132,25 @@ class Pool:
         return TileRunner(runner, Batch(runner) if fits(runner) else None)
 
     def take(self) -> TileRunner:
-        """One that no other thread has."""
+        """A tile runner that no other thread uses."""
         try:
             return self._free.pop()
         except IndexError:
             return self._bound(self.family.runner())
 
     def give_back(self, bound: TileRunner) -> None:
-        """It is free again."""
+        """Returns a tile runner to the pool."""
         self._free.append(bound)
 
 
 class ContactPool:
-    """What runs tiles of a family with contacts; see `kane.motion.contact_batch`."""
+    """The runner of tiles with contacts; see `kane.motion.contact_batch`."""
 
     def __init__(self, family: Ensemble, batch: "ContactBatch") -> None:
         self.family, self.batch = family, batch
 
     def run(self, tile: range, stop: Flag) -> Tile:
-        """What became of a tile of instances; once it is to stop, none is simulated by itself."""
+        """The outcomes of a tile; after `stop` no instance is simulated individually."""
         family, batch = self.family, self.batch
         begun, found = _begun(family, batch.span, tile)
         if not begun.places:
@@ -172,7 +172,7 @@ class ContactPool:
 
 
 def _contacts(family: Ensemble, k: int) -> ContactPool | None:
-    """What runs tiles of a family with contacts, where their kernel leads them; the kth instance says whether it does."""
+    """The runner of tiles with contacts, if their kernel can run the motions; the kth instance determines this."""
     if not family.eom.system.contacts or family.check or family.instances.vary_inputs:
         return None
     given = family.instances.at(k)
@@ -181,9 +181,9 @@ def _contacts(family: Ensemble, k: int) -> ContactPool | None:
 
 
 def _in_lanes(family: Ensemble, first: Runner) -> Ensemble | None:
-    """The family with the method that runs it in lanes; None where its motions run one by one.
+    """The ensemble with the method that runs it in lanes; None if its motions run one by one.
 
-    What lanes gain must pay for code that is compiled for them, so that few instances do without.
+    Lanes are used if the time saved exceeds that of compilation, hence not for few instances.
     """
     settings = family.settings or Settings()
     if family.lanes is False or (family.lanes is None and (family.instances.count < FEW or not has_lanes(settings))):
@@ -195,7 +195,7 @@ def _in_lanes(family: Ensemble, first: Runner) -> Ensemble | None:
 
 
 def run_tile(family: Ensemble, pool: Pool | ContactPool, tile: range, stop: Flag) -> Tile:
-    """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
+    """The outcomes of a tile; those that no kernel can decide are open, with neither a motion nor an error."""
     if stop.is_set():
         return Tile({})
     if isinstance(pool, ContactPool):
@@ -213,7 +213,7 @@ def run_tile(family: Ensemble, pool: Pool | ContactPool, tile: range, stop: Flag
 def _in_one_call(
     family: Ensemble, bound: TileRunner, batch: Batch, starts: tuple["Starts", dict[int, Outcome[Solution]]]
 ) -> Tile:
-    """What became of a tile by one call; those that did not get to the end in it are run by themselves."""
+    """The outcomes of a tile by one call; instances that it does not complete are run individually."""
     begun, found = starts
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
@@ -229,12 +229,12 @@ def _in_one_call(
 def _one_by_one(
     family: Ensemble, bound: TileRunner, found: dict[int, Outcome[Solution]]
 ) -> dict[int, Outcome[Solution]]:
-    """Instances that are open are run by themselves."""
+    """The outcomes with open instances run individually."""
     return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
 
 
 def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
-    """The nth motion of a batch, by itself."""
+    """The nth motion of a batch as a single solution."""
     runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
@@ -248,7 +248,7 @@ def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") ->
 
 
 def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
-    """Motions of a batch as one table; phases differ where parameters do, if more is read off it than states."""
+    """Motions of a batch as one table; with a phase for each set of parameters if more than states is recorded."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
     phases = tuple(Phase(begun.start(k).constants(eom), runner.drives) for k in own)
@@ -261,7 +261,7 @@ def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "
 
 
 class Start(NamedTuple):
-    """(q, u, a) of an instance and its parameters; what entries of A have reached, where there are constraints."""
+    """The initial (q, u, a) of an instance and its parameters; with constraints, the magnitudes `reach` of the entries of A."""
 
     x: Array
     p: Array
@@ -274,9 +274,9 @@ class Start(NamedTuple):
 
 
 class Starts(NamedTuple):
-    """Starts of some instances as tables, a row each: (q, u, a), parameters, and what entries of A have reached.
+    """Initial states of some instances as tables with a row each: (q, u, a), parameters, and magnitudes `reach` of the entries of A.
 
-    The values by symbol are `usual`, of each or of all.
+    `usual` are the parameters by symbol, for each or one for all; `places` the indices of the instances.
     """
 
     places: Sequence[int]
@@ -286,13 +286,13 @@ class Starts(NamedTuple):
     usual: Sequence[Mapping[Expr, float]]
 
     def start(self, n: int) -> Start:
-        """The nth of them."""
+        """The nth initial state."""
         return Start(
             self.x[n], self.p[n], self.usual[n % len(self.usual)], None if self.reach is None else self.reach[n]
         )
 
     def and_then(self, other: "Starts") -> "Starts":
-        """These and others, all of them on constraints."""
+        """The concatenation of both, with constraints."""
         if not other.places or not self.places:
             return other if other.places else self
         assert self.reach is not None
@@ -306,14 +306,14 @@ class Starts(NamedTuple):
 def _starts(
     family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
-    """The starts of a tile, and what became of instances that have none."""
+    """The initial states of a tile, and the outcomes of instances without one."""
     if runner.holding is not None:
         return _held(family, runner, tile, nearest)
     return _begun(family, runner.span, tile)
 
 
 def _begun(family: Ensemble, span: tuple[float, float], tile: range) -> tuple[Starts, dict[int, Outcome[Solution]]]:
-    """The starts of a tile without constraints: they differ by columns of finite numbers alone, and the first one stands for all."""
+    """The initial states of a tile without constraints: that of the first instance, with the columns that differ inserted."""
     eom, many = family.eom, family.instances
     first = decided(_unchecked, family, tile[0])
     if first.found is None:
@@ -338,7 +338,7 @@ def _begun(family: Ensemble, span: tuple[float, float], tile: range) -> tuple[St
 def _held(
     family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
-    """The starts of a tile on the constraints: all together, but for those in doubt, which are found one by one."""
+    """The initial states of a tile on the constraint manifold: computed together, and one by one where in doubt."""
     sure = None if nearest is None else decided(_sure, family, runner, tile, nearest).found
     known = set() if sure is None else {*sure.places}
     others = {k: decided(_projected_start, family, runner, k) for k in tile if k not in known}
@@ -347,7 +347,7 @@ def _held(
 
 
 def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates) -> "Starts":
-    """The starts of a tile of which there is no doubt."""
+    """The initial states of a tile that are not in doubt."""
     eom, poses = family.eom, _poses(family, runner, tile)
     found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
     further = [np.full(len(tile), given.get(a, a.default), dtype=float) for a in eom.states]
@@ -358,7 +358,7 @@ def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates)
 
 
 def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:
-    """Starts that were found one by one."""
+    """Initial states that were computed one by one."""
     rows = {k: one.found for k, one in starts.items() if one.found is not None}
     failed = {k: Outcome[Solution](None, one.error, one.told) for k, one in starts.items() if one.found is None}
     own = [*rows.values()]
@@ -368,7 +368,7 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
 
 
 def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
-    """What the first instance that can be assembled tells of the starts of all; None where none of a few can, or q or u is missing."""
+    """The states nearest to the first instance that can be assembled; None if none of a few can, or if q or u is missing."""
     known = all(family.instances.at(0)[kind] is not None for kind in ("q", "u"))
     for k in range(min(_TRIED, family.instances.count) if known else 0):
         with suppress(KaneError):
@@ -377,7 +377,7 @@ def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
 
 
 def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
-    """Some of the instances as states at the beginning."""
+    """Some of the instances as states at the initial time."""
     own = family.instances.part(rows)
     common = {
         **own.common,
@@ -389,7 +389,7 @@ def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
 
 
 def _unchecked(family: Ensemble, k: int) -> Start:
-    """The start of the kth instance, unless constraints move it."""
+    """The initial state of the kth instance, before assembly."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
     x = start_state(eom, at["q"], at["u"], at["states"])
@@ -397,14 +397,14 @@ def _unchecked(family: Ensemble, k: int) -> Start:
 
 
 def _checked_start(family: Ensemble, span: tuple[float, float], k: int) -> Start:
-    """The start of the kth instance without constraints, whose parameters are checked, too."""
+    """The initial state of the kth instance without constraints, with parameters checked."""
     start = _unchecked(family, k)
     check_values(family.eom, start.p, span)
     return start
 
 
 def _projected_start(family: Ensemble, runner: Runner, k: int) -> Start | None:
-    """The start of the kth instance on its constraints; None where it has to be judged otherwise."""
+    """The initial state of the kth instance on its constraints; None if a kernel cannot decide it."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
     runner.take(eom, constants)
@@ -421,7 +421,7 @@ def _checked(family: Ensemble, motion: Solution) -> Solution:
 
 
 def decided(found: Callable[..., T | None], *arguments: Any) -> Outcome[T]:
-    """What becomes of an instance, whatever that raises or warns of."""
+    """The outcome of a call for an instance, with any exception or warnings."""
     with listed_warnings() as told:
         try:
             return Outcome(found(*arguments), "", told)
@@ -430,7 +430,7 @@ def decided(found: Callable[..., T | None], *arguments: Any) -> Outcome[T]:
 
 
 def _by_kernel(family: Ensemble, runner: Runner | None, k: int) -> Solution | None:
-    """The motion of the kth instance by a runner, which is its own where there is none for all; None where that cannot judge it."""
+    """The motion of the kth instance by `runner`, or by its own runner if None; None if the runner cannot decide it."""
     at = family.instances.at(k)
     runner = runner or family.runner(k)
     if runner is None or at["q"] is None or at["u"] is None:
@@ -441,15 +441,15 @@ def _by_kernel(family: Ensemble, runner: Runner | None, k: int) -> Solution | No
 
 
 def _words(error: Exception) -> str:
-    """What was raised, in words: messages of the library stand by themselves."""
+    """The message of an exception, with its type unless it is one of the library's."""
     own = type(error).__module__.startswith("kane.")
     return str(error) if own else f"{type(error).__name__}: {cut(str(error), 500)}"
 
 
 def prepared(family: Ensemble) -> Pool | ContactPool | None:
-    """What runs tiles of a family; None where Python is asked on the way. The first instance that can start says which.
+    """The runner of tiles of an ensemble, by its first instance that can start; None if Python is called during motions.
 
-    What is wrong with those before it is said where they are run.
+    Errors of instances before that one are reported when they are run.
     """
     for k in range(family.instances.count):
         try:
@@ -461,7 +461,7 @@ def prepared(family: Ensemble) -> Pool | ContactPool | None:
 
 
 def outcomes(family: Ensemble, pool: Pool | ContactPool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
-    """What became of the instances, tile by tile as they are done."""
+    """The outcomes of the instances, tile by tile in order of completion."""
     if pool is None:
         yield from (Tile({k: decided(_simulated, family, k) for k in tile}) for tile in tiles)
         return
@@ -475,24 +475,24 @@ def outcomes(family: Ensemble, pool: Pool | ContactPool | None, tiles: Sequence[
             for done in as_completed(work):
                 work.discard(done)
                 yield _closed(family, done.result())
-        finally:  # Ctrl-C, or nobody asks any more
+        finally:  # also on Ctrl-C, or if the iterator is closed
             stop.set()
             executor.shutdown(cancel_futures=True)
 
 
 def tiles_of(rows: range, threads: int, doubles: int = 1) -> list[range]:
-    """Instances whose samples are so many doubles each, cut into tiles."""
+    """Instances, each with `doubles` numbers of samples, divided into tiles."""
     size = max(1, min(MOST, _BYTES // (8 * doubles), len(rows) // (_PARTS * threads)))
     return cut_into(rows, size)
 
 
 def cut_into(rows: range, size: int) -> list[range]:
-    """Ranges of one size, the last one perhaps smaller."""
+    """Consecutive ranges of equal size, the last one perhaps smaller."""
     return [rows[k : k + size] for k in range(0, len(rows), size)]
 
 
 def _closed(family: Ensemble, found: Tile) -> Tile:
-    """Instances that are open are simulated."""
+    """The tile with open instances simulated."""
     own = {k: decided(_simulated, family, k) if one.is_open else one for k, one in found.outcomes.items()}
     return found._replace(outcomes=own)
 
@@ -505,5 +505,5 @@ def _simulated(family: Ensemble, k: int) -> Solution:
 
 
 def cores() -> int:
-    """The processors that this process may use."""
+    """The number of processors available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Equations that carry the derivatives of their motions along, as further states: what runs many motions then runs these.
+"""Equations with the derivatives of their motions as further states (forward sensitivity analysis), which ensembles run as any others.
 
-ψ_b = ∂x/∂b obeys ψ̇ = ∂f/∂x ψ + ∂f/∂b + ∂f/∂r (∂r/∂x ψ + ∂r/∂b), written out as expressions. Where an event sets x⁺ = g(x⁻, t, b), it
-sets ψ by the saltation matrix as well: δτ = −(∇h·ψ + ∂h/∂b)/ḣ, and
+ψ_b = ∂x/∂b obeys ψ̇ = ∂f/∂x ψ + ∂f/∂b + ∂f/∂r (∂r/∂x ψ + ∂r/∂b), in symbolic form. An event with the reset x⁺ = g(x⁻, t, b) also
+sets ψ by the saltation matrix: δτ = −(∇h·ψ + ∂h/∂b)/ḣ, and
 
     ψ⁺ = ∂g/∂x (ψ + f⁻ δτ) + ∂g/∂t δτ + ∂g/∂b − f(x⁺) δτ
 """
@@ -39,12 +39,12 @@ from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 
 _ROW = "row"
-"""The dimension of the one row of a matrix that stands for the derivatives of an expression."""
+"""The dimension, of size one, of the rows of a matrix of derivatives of a scalar expression."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Varied:
-    """Equations with `carried` = ∂x/∂b (x × b) among their further states, of the `plain` ones."""
+    """The equations `eom`, with `carried` = ∂x/∂b (x × b) as further states, of the motions of `plain`."""
 
     plain: Equations
     eom: Equations
@@ -53,11 +53,11 @@ class Varied:
     laws: Laws
 
     def seeds(self, k: int) -> dict[Expr, Expr]:
-        """What the kth of b changes: the state, itself, and inputs by their laws."""
+        """The tangents with respect to the kth of b: of the state, of b itself, and of inputs by their laws."""
         return _seeds(self.plain, self.by[k], [row[k] for row in self.carried], self.laws)
 
     def derivative(self, one: RecordedQuantity) -> RecordedQuantity:
-        """The derivative of what is kept of motions."""
+        """The derivative of a recorded quantity."""
         wanted = asked(self.plain.derived, one.what)
         expect.that(
             wanted.shape in ((), (3,)), f"an expression or vector as {one.name}", one.what, error=SimulationError
@@ -69,7 +69,7 @@ class Varied:
 
 
 def check_reduced(kept: Sequence[RecordedQuantity]) -> None:
-    """Refuse what reduces values by something else than a sum along t."""
+    """Raises SimulationError for reductions that do not commute with differentiation."""
     for one in kept:
         if one.reduce not in CARRIED:
             raise SimulationError(
@@ -86,7 +86,7 @@ def _seeds(eom: Equations, b: Symbol, psi: Sequence[Expr], laws: Laws) -> dict[E
 
 
 def varied(eom: Equations, by: tuple[Symbol, ...], laws: Laws) -> Varied:
-    """The equations with the derivatives of their motions by parameters and start values.
+    """The equations with the derivatives of their motions with respect to parameters and initial values.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def varied(eom: Equations, by: tuple[Symbol, ...], laws: Laws) -> Varied:
 
 
 def obstacle(eom: Equations, by: Sequence[Symbol], inputs: Mapping[Any, Any] | None) -> str:
-    """What keeps equations from carrying the derivatives of their motions; "" where nothing does."""
+    """The reasons for which the derivatives cannot be further states, as text; "" if they can."""
     acting = [e for e in eom.system.events if e.then is not None]
     rates: dict[Any, Any] = dict(eom.system.states)
     still = [all(isinstance(s, Parameter) or rates.get(s) is ZERO for s in free_symbols([e.quantity])) for e in acting]
@@ -137,7 +137,7 @@ def _check(eom: Equations, laws: Laws) -> None:
 
 
 def _acting(eom: Equations, event: Event, made: Event, b: Symbol, psi: Sequence[Expr], laws: Laws) -> Event:
-    """An event that sets ψ_b too."""
+    """The event with a reset of ψ_b as well."""
     if event.then is None:
         return made
     made_of = laws.read(eom, [as_expr(what) for what in event.then.values()])
@@ -161,7 +161,7 @@ def _acting(eom: Equations, event: Event, made: Event, b: Symbol, psi: Sequence[
 
 
 def begun(one: Varied, many: Instances, span: tuple[float, float], settings: Settings | None) -> Instances:
-    """The instances with ∂x/∂b of their starts."""
+    """The instances with the initial values of ∂x/∂b."""
     eom, place = one.plain, {s: i for i, s in enumerate(one.plain.state)}
     common, columns = dict(many.common), {kind: dict(own) for kind, own in many.columns.items()}
     told = dict(common["states"] or {})
@@ -184,7 +184,7 @@ def begun(one: Varied, many: Instances, span: tuple[float, float], settings: Set
 
 
 def _at_start(one: Varied, given: Mapping[str, Any], span: tuple[float, float], settings: Settings | None) -> Array:
-    """∂x/∂b of a start; zeros where there is none, which is told of when it is run."""
+    """∂x/∂b of an initial state; zeros if its assembly fails, which is reported when the instance is run."""
     course = ParametricMotion.of(one.plain, span, one.by, State(**given), (1e-9, 1e-9), settings)
     try:
         start = course.start
@@ -196,7 +196,7 @@ def _at_start(one: Varied, given: Mapping[str, Any], span: tuple[float, float], 
 def varied_for(
     eom: Equations, many: Instances, by: tuple[Symbol, ...], span: tuple[float, float], settings: Settings | None
 ) -> Varied:
-    """The equations of many motions with their derivatives."""
+    """The equations of an ensemble with the derivatives of its motions."""
     first = many.at(0)
     usual = {**{p: p.default for p in eom.parameters}, **(first["parameters"] or {})}
     laws = Laws(input_functions(eom, first["inputs"], span, given_parameters(usual)))
@@ -204,7 +204,7 @@ def varied_for(
 
 
 def tidied(found: Any, one: Varied) -> Any:
-    """The Dataset without the states that are carried, and with the names of b."""
+    """The Dataset without the further states `carried`, and with the names of b."""
     hidden = [f"{s}(0)" for row in one.carried for s in row]
     plain = found.drop_vars([name for name in hidden if name in found.coords])
     plain = plain.isel({"state": slice(0, len(one.plain.state)), **{dim: 0 for dim in (_ROW,) if dim in found.dims}})
