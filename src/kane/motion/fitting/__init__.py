@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models and motions that are found: parameters from measured motions, inputs that lead somewhere."""
+"""Parameter estimation from measured motions, and optimal control by shooting."""

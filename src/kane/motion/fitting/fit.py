@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`fit`: parameters, start values and gains that make a motion pass measured values nearest, with what they are known to.
+"""`fit`: parameters, initial values and gains by weighted least squares between a motion and measurements, with standard errors.
 
-With the measured values y of columns c at times i, and h of the model, the sum of ((y − h)/σ_c)² is least. Its Jacobian is exact:
-−(∂h/∂x Ψ + ∂h/∂p)/σ_c with Ψ of the variational equations. Unstable and chaotic motions are cut into segments, each with a start of
-its own; what they leave between each other counts as measured to be zero, ever more precisely (Bock 1987; Voss, Timmer, Kurths
-2004).
+For measurements y of columns c at times i, and the outputs h of the model, Σ ((y − h)/σ_c)² is minimized. The Jacobian is exact:
+−(∂h/∂x Ψ + ∂h/∂p)/σ_c with Ψ of the variational equations. Unstable and chaotic motions are divided into segments with unknown
+initial states (multiple shooting); the gaps between segments are first residuals with growing weights, then constraints (Bock 1987;
+Voss, Timmer, Kurths 2004).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,23 +36,23 @@ from kane.program.native.machine import Settings
 from kane.progress import far, working
 
 _UNDETERMINED = 1e-8
-"""Singular values of the Jacobian, its columns of length 1, of the largest: derivatives known to 1e-9 do not tell less from zero."""
+"""Singular values of the scaled Jacobian, relative to the largest, that count as zero; derivatives are accurate to 1e-9."""
 _NEAR = 1e-4
 _ROUNDS = 8
-"""Times that the deviations of columns are estimated anew."""
+"""Largest number of times that the standard deviations of columns are estimated again."""
 _SETTLED = 0.01
 _WEIGHTS = (1.0, 1e-2, WEIGHT)
 _PROMISED = 1e-6
-"""What a step promises at last, of the weight of the distances of bodies."""
+"""Predicted decrease at which the iteration ends, relative to the weight of the body distances."""
 _ARRIVED, _LEAST, _FAR = 1e-10, 1e-8, 0.5
-"""The last step of segments, the least share of one, and the longest, in sizes of the unknowns."""
+"""Step at convergence, least fraction of a step, and longest step of multiple shooting, relative to the sizes of the unknowns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShootingSegment:
-    """One motion of the fit, by the unknown parameters and by those of its start values that are unknown, and rows of the data.
+    """One motion of the fit as a function of the unknown parameters and of its unknown initial values, with its rows of the data.
 
-    The first of a set of data is no end of another; `columns` are the places of its columns among those of all sets.
+    `first` marks the first segment of a data set; `columns` are the indices of its columns among those of all sets.
     """
 
     data: Measurements
@@ -62,16 +62,16 @@ class ShootingSegment:
 
     @property
     def free(self) -> tuple[Symbol, ...]:
-        """Unknown start values."""
+        """The unknown initial values."""
         return self.course.free
 
 
 class _Failed(Exception):
-    """A motion that does not reach the end of its segment."""
+    """Raised for a motion that does not reach the end of its segment."""
 
 
 class FitProblem:
-    """Residuals and their Jacobian over z: unknown parameters, then the unknown start values of each segment."""
+    """Residuals and their Jacobian as functions of z: the unknown parameters, then the unknown initial values of each segment."""
 
     def __init__(
         self, segments: Sequence[ShootingSegment], unknown: Sequence[Parameter], bodies: Sequence[Possible] = ()
@@ -84,44 +84,44 @@ class FitProblem:
 
     @property
     def start_slices(self) -> list[slice]:
-        """Where the start values of each segment stand in z."""
+        """The slice of z with the initial values of each segment."""
         ends = np.cumsum([len(self.unknown), *(len(s.free) for s in self.segments)])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def of_segment(self, k: int, z: Array) -> dict[Symbol, float]:
-        """Parameters and the start values of a segment at z."""
+        """The parameters and initial values of segment k at z."""
         values = [*z[: len(self.unknown)].tolist(), *z[self.start_slices[k]].tolist()]
         return dict(zip((*self.unknown, *self.segments[k].free), values, strict=True))
 
     @property
     def first(self) -> Array:
-        """z where the search begins."""
+        """The initial guess of z."""
         starts = [s.course.first[len(self.unknown) :] for s in self.segments]
         return np.concatenate([self.segments[0].course.first[: len(self.unknown)], *starts])
 
     @property
     def heads(self) -> list[int]:
-        """The segments with which sets of data begin."""
+        """The first segment of each data set."""
         return [k for k, s in enumerate(self.segments) if s.first]
 
     @property
     def leading(self) -> list[tuple[int, Symbol]]:
-        """The unknowns from which all others follow, with the segment whose start values they are: in the order of `at`."""
+        """The independent unknowns, each with the segment whose initial value it is (0 for parameters), in the order of `at`."""
         own = [(0, s) for s in self.unknown]
         return own + [(k, s) for k in self.heads for s in self.segments[k].free]
 
     @property
     def at(self) -> list[int]:
-        """Their places in z."""
+        """The indices of `leading` in z."""
         places = [range(len(self.unknown)), *(range(*self.start_slices[k].indices(1 << 62)) for k in self.heads)]
         return [i for some in places for i in some]
 
     def meetings(self) -> list[tuple[int, int]]:
-        """The segments of which one begins where the other ends."""
+        """The pairs of consecutive segments of one data set."""
         return [(k, k + 1) for k in range(len(self.segments) - 1) if not self.segments[k + 1].first]
 
     def _motions(self, z: Array) -> list[tuple[Sensitivities, Indices]]:
-        """Of each segment, with the rows of its data and the last."""
+        """The sensitivities of each segment, with the samples at the times of its data; raises `_Failed`."""
         key = z.tobytes()
         if self._last is None or self._last[0] != key:
             found = list[tuple[Sensitivities, Indices]]()
@@ -150,7 +150,7 @@ class FitProblem:
         return np.concatenate(rows), np.concatenate(slopes)
 
     def bodies_at(self, z: Array) -> list[Here]:
-        """How far bodies are from the first ones, where they are to stay possible."""
+        """The distances of bodies from the initial ones, if these must stay consistent; raises `_Failed` for an inconsistent body."""
         values = dict[Expr, Any](self.segments[0].course.parameters)
         values.update(self.of_segment(0, z).items())
         result = [here for body in self.bodies if (here := body.at(values)) is not None]
@@ -159,7 +159,7 @@ class FitProblem:
         return result
 
     def joints(self, z: Array) -> tuple[Array, Array]:
-        """What segments leave between each other, of the size of each state, and its Jacobian."""
+        """The gaps between consecutive segments, relative to the size of each state, and their Jacobian."""
         motions, rows, slopes = self._motions(z), list[Array](), list[Array]()
         for k, next_ in self.meetings():
             (before, _), (after, _) = motions[k], motions[next_]
@@ -172,7 +172,7 @@ class FitProblem:
         return np.concatenate(rows), np.concatenate(slopes)
 
     def condensed(self, z: Array) -> Array:
-        """The Jacobian by parameters and the starts of sets of data alone, from which the starts of other segments follow."""
+        """The Jacobian by the independent unknowns; the initial values of later segments are eliminated by continuity."""
         _, j = self.both(z)
         first = self.at
         if j.shape[1] == len(first):
@@ -182,13 +182,13 @@ class FitProblem:
         return np.asarray(j[:, first] - j[:, rest] @ np.linalg.solve(g[:, rest], g[:, first]))
 
     def _spread(self, own: Array, k: int, width: int) -> Array:
-        """Slopes by the unknowns of a segment as slopes by all."""
+        """Columns by the unknowns of segment k inserted into a matrix of columns by all of z."""
         whole, k_p = np.zeros((len(own), width)), len(self.unknown)
         whole[:, :k_p], whole[:, self.start_slices[k]] = own[:, :k_p], own[:, k_p:]
         return whole
 
     def residuals(self, z: Array) -> Array:
-        """They are infinite where a motion does not reach its end."""
+        """Residuals (m), infinite if a motion does not reach the end of its segment."""
         try:
             return self.both(z)[0]
         except (_Failed, KaneError):
@@ -199,7 +199,7 @@ class FitProblem:
         return sum(len(s.free) for s in self.segments if not s.first)
 
     def gap(self, z: Array) -> float:
-        """What segments leave between each other, of the size of a state."""
+        """The largest gap between segments, relative to the size of a state."""
         motions, most = self._motions(z), 0.0
         for k, next_ in self.meetings():
             (before, _), (after, _) = motions[k], motions[next_]
@@ -309,7 +309,7 @@ def fit(
 
 
 def _first(course: ParametricMotion, unknown: Sequence[Parameter]) -> dict[Expr, Any]:
-    """Values of all parameters where the search begins."""
+    """The initial values of all parameters in the search."""
     own = dict(zip(course.by, course.first.tolist(), strict=True))
     return {**course.parameters, **{s: own[s] for s in unknown}}
 
@@ -332,9 +332,9 @@ def _sigma(names: Sequence[str], given: Any) -> Array | None:
 
 
 def _segments(course: ParametricMotion, data: Measurements, count: int, names: Sequence[str]) -> list[ShootingSegment]:
-    """The pieces of the data, and where each begins: behind the first near what was measured, and the motion of the first values.
+    """The segments of a data set, with initial states estimated from the measurements and the motion with the initial guesses.
 
-    Behind the first the whole start is unknown: what constraints leave free; the rest is near where it was.
+    After the first segment the whole state is unknown: its independent part as unknowns, the rest as guesses for assembly.
     """
     unknown = [s for s in course.by if isinstance(s, Parameter)]
     columns = tuple(names.index(name) for name in data.names)
@@ -367,7 +367,7 @@ def _segments(course: ParametricMotion, data: Measurements, count: int, names: S
 def _measured_state(
     course: ParametricMotion, values: Mapping[Expr, Array], rates: Mapping[Expr, Array], k: int
 ) -> dict[Symbol, float]:
-    """What of a state was measured at the beginning of a segment; speeds by rates where all coordinates were."""
+    """The measured part of a state at the start of a segment; speeds follow from the rates if all coordinates are measured."""
     eom, result = course.map.eom, dict[Symbol, float]()
     result |= {s: float(values[s][k]) for s in eom.state if s in values}
     if all(q in values for q in eom.coordinates) and not eom.system.euler_parameters:
@@ -380,7 +380,7 @@ def _measured_state(
 
 @dataclass(frozen=True, eq=False)
 class FitSearch:
-    """The least-squares problems, one after the other: σ estimated anew, segments ever closer."""
+    """The sequence of least-squares problems, with σ estimated again from the residuals; `most` limits the steps of each."""
 
     problem: FitProblem
     courses: Sequence[ParametricMotion]
@@ -390,7 +390,7 @@ class FitSearch:
     most: int
 
     def run(self, sigma: Array | None) -> Fit:
-        """The fit."""
+        """Solves the problems and returns the fit; SimulationError if a motion fails or no minimum is found."""
         problem = self.problem
         z = problem.first
         columns = [[d.values[:, d.names.index(n)] for d in self.data if n in d.names] for n in self.names]
@@ -413,13 +413,13 @@ class FitSearch:
         return self._fit_at(z)
 
     def _sizes(self, z: Array) -> Array:
-        """By what gaps of states are measured."""
+        """The sizes of states, relative to which gaps are measured."""
         states = np.concatenate([s.motion.states for s, _ in self.problem._motions(z)])
         size = np.abs(states).max(axis=0)
         return np.asarray(np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0))
 
     def _solved(self, z: Array) -> Array:
-        """The least squares from z on."""
+        """The solution of the least-squares problem, starting at z."""
         problem, low, high = self.problem, np.full(len(z), -np.inf), np.full(len(z), np.inf)
         set_of = {k: i for i, k in enumerate(problem.heads)}
         for i, (k, s) in zip(problem.at, problem.leading, strict=True):
@@ -439,10 +439,10 @@ class FitSearch:
         return np.asarray(found.x)
 
     def _joined(self, z: Array, bounds: tuple[Array, Array], weight: float) -> Array:
-        """The least squares under the condition that segments meet, by Gauss' and Newton's steps (Bock 1987).
+        """Least squares constrained by continuity of the segments, by Gauss–Newton steps (Bock 1987).
 
-        A step d has the least |r + J d| of those with c + G d = 0; it is halved until ½ r² + μ |c| falls, μ above the multipliers.
-        Distances of bodies count by their `weight`, as in `_possible`.
+        A step d minimizes |r + J d| subject to c + G d = 0; it is halved until ½ r² + μ |c| decreases, with μ above the multipliers.
+        Distances of bodies enter with their `weight`, as in `_possible`.
         """
         problem = self.problem
         z = self._nearer(z, bounds)
@@ -472,7 +472,7 @@ class FitSearch:
     def _share(
         self, z: Array, step: Array, bounds: tuple[Array, Array], most: float, sought: tuple[float, float, float, float]
     ) -> float:
-        """The share of a step within bounds after which the merit is below `now` by enough of its `fall`; `_LEAST` where none is."""
+        """The fraction of a step, within bounds, that decreases the merit `now` by enough of the predicted `fall`, or `_LEAST`."""
         now, fall, mu, weight = sought
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(step > 0, (bounds[1] - z) / step, np.where(step < 0, (bounds[0] - z) / step, np.inf))
@@ -482,7 +482,7 @@ class FitSearch:
         return share
 
     def _possible(self, z: Array, bounds: tuple[Array, Array], weight: float) -> Array:
-        """The least ½ r² and `weight` times the distances of bodies, by Gauss' and Newton's steps, each halved until it falls."""
+        """Minimizes ½ r² plus `weight` times the distances of bodies, by Gauss–Newton steps, each halved until the sum decreases."""
         for _ in range(self.most):
             rest, whole = self._beside_bodies(z, weight)
             sizes = np.linalg.norm(whole, axis=0)
@@ -499,7 +499,7 @@ class FitSearch:
         raise self._none("all steps were taken")
 
     def _nearer(self, z: Array, bounds: tuple[Array, Array]) -> Array:
-        """Gaps count as if measured, ten times more each time: from far away they need not close at once."""
+        """An approach to continuity: gaps are residuals whose weight grows tenfold twice, since they need not close at once."""
         problem = self.problem
         call: Callable[..., Any] = least_squares
         (r, _), (c, _) = problem.both(z), problem.joints(z)
@@ -508,7 +508,7 @@ class FitSearch:
         weight = float(np.linalg.norm(r)) / float(np.linalg.norm(c))
 
         def both(at: Array, share: float) -> tuple[Array, Array]:
-            problem.bodies_at(at)  # no step leads where there are none
+            problem.bodies_at(at)  # raises if a body is inconsistent
             (r, j), (c, g) = problem.both(at), problem.joints(at)
             return np.concatenate([r, share * c]), np.vstack([j, share * g])
 
@@ -535,7 +535,7 @@ class FitSearch:
         return 0.5 * float(r @ r) + weight * far + mu * float(np.abs(c).sum())
 
     def _beside_bodies(self, z: Array, weight: float) -> tuple[Array, Array]:
-        """Residuals and Jacobian, and those that stand for `weight` times the distances of bodies."""
+        """Residuals and Jacobian, with rows appended whose squares represent `weight` times the distances of bodies."""
         r, j = self.problem.both(z)
         rows, rest, more = [j], [r], len(z) - len(self.problem.unknown)
         for here in self.problem.bodies_at(z):
@@ -554,7 +554,7 @@ class FitSearch:
         )
 
     def _left(self, z: Array) -> Array:
-        """σ of each column from what is left, for as many values less its share of the unknowns."""
+        """σ of each column estimated from the residuals; degrees of freedom are reduced by its share of the unknowns."""
         motions, count = self.problem._motions(z), len(self.problem.sigma)
         total, values = np.zeros(count), np.zeros(count)
         for (s, at), segment in zip(motions, self.problem.segments, strict=True):
@@ -593,7 +593,7 @@ class FitSearch:
         )
 
     def _run(self, i: int, k: int, z: Array, errors: Mapping[tuple[int, Symbol], float]) -> FittedRun:
-        """What was found of a set of data, which begins with the segment k."""
+        """The results for data set i, whose first segment is k."""
         problem, data, by = self.problem, self.data[i], self.courses[i].by
         values = problem.of_segment(k, z)
         course = self.courses[i].at(values)
@@ -610,7 +610,7 @@ class FitSearch:
         )
 
     def _check_determined(self, z: Array) -> None:
-        """Refuse unknowns that what was measured does not tell apart, by name."""
+        """Raises SimulationError that names the unknowns which the measurements do not determine."""
         problem = self.problem
         j, set_of = problem.condensed(z), {k: i for i, k in enumerate(problem.heads)}
         symbols = [f"{s} of set {set_of[k]}" if k else str(s) for k, s in problem.leading]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Fit`: what makes motions pass measured values nearest, with what it is known to."""
+"""`Fit`: the result of a fit, with standard errors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from kane.numeric.arrays import Array
 
 
 class FittedRun(NamedTuple):
-    """What was found of one set of data: values and errors of the unknowns, its start values among them."""
+    """The result for one data set: estimates and standard errors of the unknowns, including its initial values."""
 
     values: Mapping[Symbol, float]
     errors: Mapping[Symbol, float]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The least cost of lifted motions under conditions and bounds, by Newton's steps (sequential quadratic programs).
+"""Minimization of the cost of lifted motions subject to final conditions and bounds, by sequential quadratic programming.
 
-With the defects c_k = Φ_k(x_k, z) − x_{k+1}, δx_k = S_k δz + s_k makes the whole problem one of δz alone. The curvature is that of
-L_k + λ_{k+1}·Φ_k, λ being the adjoint states. A step is halved until J + μ (|c| + conditions missed) falls, μ above the multipliers.
+With the defects c_k = Φ_k(x_k, z) − x_{k+1}, the condensation δx_k = S_k δz + s_k leaves a problem in δz alone. The Hessian is that
+of L_k + λ_{k+1}·Φ_k with adjoint states λ. A step is halved until J + μ (|c| + violations) decreases, μ above the multipliers.
 """
 
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from kane.numeric.arrays import Array
 from kane.progress import far
 
 _ARRIVED, _SHORT, _FALL, _NEAR = 1e-9, 1e-6, 1e-4, 0.3
-"""How near the states and z are at last, the least share of a step, and of what it should gain; and the largest change of states,
-of their size, after which the curvature of the motion counts: from farther away it misleads."""
+"""Step at convergence, least fraction of a step, required fraction of the predicted decrease; and the relative change of states
+below which the Hessian includes the curvature of the motion, which is misleading far from the solution."""
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.02)
-"""How much of the conditions a step is to meet, where bounds leave no more."""
+"""Fractions of the defects and conditions that a step may satisfy, tried in order if bounds prevent more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CostMinimum:
-    """z and the states at the beginnings of steps, and how often the motion was asked for."""
+    """The minimizer z, the states at the starts of steps, and the number of evaluations of the motion."""
 
     z: Array
     x: Array
@@ -33,7 +33,7 @@ class CostMinimum:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limits:
-    """z between low and high, conditions at the end between `least` and `most`."""
+    """Bounds `low` and `high` of z, and `least` and `most` of the final conditions."""
 
     low: Array
     high: Array
@@ -43,7 +43,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Here:
-    """Everything at z and x."""
+    """The flow, costs, defects and final conditions at z and x."""
 
     flow: StepEnds
     away: float
@@ -61,9 +61,9 @@ class _Here:
 
 
 def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> CostMinimum | None:
-    """From z and states (m + 1 × n) on, the first of which stays; None where no minimum is found.
+    """The minimum from z and states x (m + 1 × n) on, with the first state fixed; None if none is found.
 
-    Where z is to stay `near`, ½ |z − near|² is added to the cost.
+    With `near`, ½ |z − near|² is added to the cost.
     """
     weights, mu, close = np.zeros(len(limits.least)), 1.0, False
     here = _at(steps, z, x, near)
@@ -110,7 +110,7 @@ def _at(steps: Steps, z: Array, x: Array, near: Array | None) -> _Here:
 def _reduced(
     steps: Steps, z: Array, x: Array, here: _Here, weights: Array, size: Array, close: bool
 ) -> tuple[tuple[Array, tuple[Array, Array], Array, Array], Array]:
-    """H and g of δz, the second part of g by s, S and s of all states, and the adjoint states."""
+    """H and g of δz, the part of g due to s, S and s of all states, and the adjoint states."""
     (m, n), count, flow = (len(steps.h), x.shape[1]), len(z), here.flow
     a, b = flow.x_slopes[:, :, :n], flow.x_slopes[:, :, n:]
     end_curvature = steps.end_curvature(x[-1], weights * close, size)
@@ -139,7 +139,7 @@ def _reduced(
 def _step(
     here: _Here, quadratic: tuple[Array, Array, Array], last: tuple[Array, Array], limits: Limits, z: Array
 ) -> tuple[QuadraticStep, float] | None:
-    """The step, with the multipliers of all conditions as `equal`, and what share of defects and conditions it meets."""
+    """The step with the multipliers of all conditions as `equal`, and the fraction of defects and conditions that it satisfies."""
     H, g, by_shift = quadratic
     slopes, values = here.end_slopes[1:], here.end[1:]
     by, now = slopes @ last[0], values + slopes @ last[1]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions of inputs that are linear in their unknowns z, in steps that are all taken together, each from a state of its own.
+"""Motions whose inputs are linear in the unknowns z, as simultaneous steps with independent initial states (direct multiple shooting).
 
-x_{k+1} = Φ_k(x_k, z) by an explicit method of order 9, ∫L dt of each step with it; first derivatives are those of the method, second
-ones differences of these. The states between the steps are unknowns, too, and are eliminated step by step: δx_k = S_k δz + s_k
-(Bock & Plitt 1984; Albersmeyer & Diehl 2010, "lifted Newton").
+x_{k+1} = Φ_k(x_k, z) by an explicit method of order 9, with ∫L dt of each step. First derivatives are those of the discretization,
+second derivatives are differences of these. The states between steps are unknowns as well, and are eliminated by condensation, δx_k
+= S_k δz + s_k (Bock & Plitt 1984; Albersmeyer & Diehl 2010, "lifted Newton").
 """
 
 import math
@@ -38,11 +38,11 @@ from kane.program.from_expressions import Bundle, Shaped
 _C, _B = np.array(VERN9.c[: len(VERN9.b)]), np.array(VERN9.b)
 _A = [np.zeros(0), *map(np.array, VERN9.a[: len(VERN9.b) - 1])]
 _MOVE = 2.0**-22
-"""Share of the size of a state by which it is moved for second derivatives."""
+"""Difference step for second derivatives, relative to the size of a state."""
 
 
 class StepEnds(NamedTuple):
-    """Ends (b × n) of steps and their costs (b), with derivatives by (x, those z that act on the step)."""
+    """Final states (b × n) of steps and their costs (b), with derivatives by (x, the components of z that affect the step)."""
 
     x: Array
     x_slopes: Array
@@ -51,7 +51,7 @@ class StepEnds(NamedTuple):
 
 
 def readings(eom: Equations, *values: Expr) -> Bundle[Array]:
-    """Each expression, its derivatives by the state and those by the inputs, as a row."""
+    """Each expression, its derivatives by the state and by the inputs, as a row."""
     wanted = [*eom.state, *eom.inputs]
     rows = [e for value in without_unknowns(eom.solved, values) for e in (value, *gradient(value, wanted))]
     return Bundle("readings", ports(eom.derived), only, {"x": Shaped((len(values), 1 + len(wanted)), tuple(rows))})
@@ -59,7 +59,7 @@ def readings(eom: Equations, *values: Expr) -> Bundle[Array]:
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """Steps of lengths h (m); inputs at the stages are base + gain z (stages × m × inputs …), z by `active` (m × a)."""
+    """Steps of lengths h (m) with stage times t; inputs are base + gain z (stages × m × inputs …), with z[active] (m × a)."""
 
     now: Routines
     values: tuple[Expr, ...]
@@ -71,15 +71,15 @@ class Steps:
 
     @property
     def edges(self) -> Array:
-        """Where steps begin, and the end."""
+        """The start times of steps, and the final time."""
         return np.append(self.t[0, 0] + np.append(0.0, np.cumsum(self.h[:-1])), self.t[0, 0] + self.h.sum())
 
     def read(self, t: Array, x: Array, r: Array) -> Array:
-        """L, the cost at the end and the conditions there, with derivatives by state and inputs (b × values × 1 + …)."""
+        """L, final cost and conditions, with derivatives by state and inputs (b × values × 1 + …)."""
         return self.now.routine(readings, *self.values)(t, x, self.now.p, r)
 
     def flow(self, k: Indices, x: Array, z: Array) -> StepEnds:
-        """Of the steps k (b) from states (b × n) with z (b × a)."""
+        """The steps k (b) from states x (b × n), with z (b × a)."""
         now, (b, n), a, h = self.now, x.shape, self.active.shape[1], self.h[k]
         fx, fr = now.routine(entries), now.routine(symbol_slopes, *now.eom.inputs)
         unit = np.broadcast_to(np.eye(n, n + a), (b, n, n + a))
@@ -104,7 +104,7 @@ class Steps:
         )
 
     def curvature(self, x: Array, z: Array, at: StepEnds, weights: Array, size: Array) -> Array:
-        """∂²(L_k + λ_{k+1}·Φ_k) by (x, z) of each step (m × n + a × n + a), by differences of first derivatives."""
+        """∂²(L_k + λ_{k+1}·Φ_k)/∂(x, z)² of each step (m × n + a × n + a), by differences of first derivatives."""
         (m, n), a = x.shape, z.shape[1]
         moves = _MOVE * np.append(size, np.ones(a))
         k = np.repeat(np.arange(m), n + a)
@@ -118,12 +118,12 @@ class Steps:
         return np.asarray((found + found.transpose(0, 2, 1)) / 2)
 
     def end(self, x: Array) -> tuple[Array, Array]:
-        """Cost and conditions at the end (1 + e), and their derivatives by the state."""
+        """Final cost and conditions (1 + e), and their derivatives by the state."""
         (at,) = self.read(self.t[-1, -1:], x[None], np.zeros((1, self.base.shape[2])))
         return at[1:, 0], at[1:, 1 : len(x) + 1]
 
     def end_curvature(self, x: Array, weights: Array, size: Array) -> Array:
-        """∂²(cost + weights·conditions) at the end (n × n)."""
+        """∂²(cost + weights·conditions)/∂x² at the final state (n × n)."""
         n, moves = len(x), _MOVE * size
         near = np.vstack([x, x + np.diag(moves)])
         at = self.read(np.repeat(self.t[-1, -1:], n + 1), near, np.zeros((n + 1, self.base.shape[2])))
@@ -133,9 +133,9 @@ class Steps:
 
 
 def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, count: int) -> Steps | None:
-    """Steps of a course, `count` or more, of values `wanted`, of which the first is the integrand.
+    """At least `count` steps of a motion, with the values `wanted`, the first of which is the integrand.
 
-    None where equations or inputs are not of the kind that is stepped so, or unknowns move when something turns.
+    None if equations or inputs do not qualify, or breakpoints depend on the unknowns.
     """
     eom, drives = course.map.eom, _drives(course)
     if drives is None:
@@ -175,7 +175,7 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
 
 
 def cut_at_bends(course: ParametricMotion, count: int, more: Sequence[Expr] = ()) -> Array:
-    """The span of a course in pieces of about one length, `count` and more, so that rates and `more` bend between them only."""
+    """The time span divided at breakpoints of rates and `more`, and further into at least `count` intervals of similar length."""
     span, known = (course.map.t0, course.end), course.parameters
     every = clocks(course.map.eom, Phase(known, course.map.drives(known)), more)
     bends = sorted({*span}.union(*(found.breakpoints(values, span) for found, values in every)))
@@ -186,14 +186,14 @@ def cut_at_bends(course: ParametricMotion, count: int, more: Sequence[Expr] = ()
 
 
 def _given(course: ParametricMotion) -> dict[Symbol, Expr]:
-    """The inputs that were given as expressions, as they were written."""
+    """The inputs that are specified as expressions."""
     names = {s.name: s for s in course.map.eom.inputs}
     found = dict(course.map.inputs or {})
     return {names[str(getattr(s, "name", s))]: e for s, e in found.items() if isinstance(e, Expr)}
 
 
 def _drives(course: ParametricMotion) -> tuple[Formula, ...] | None:
-    """The inputs, where equations are plain and unknowns stand in inputs of time alone."""
+    """The inputs, for equations without constraints, contacts and events whose unknowns occur in inputs of time alone; else None."""
     eom = course.map.eom
     system, own = eom.system, set(eom.parameters)
     plain = not (eom.constraints.constraints or system.euler_parameters or system.contacts or eom.events)

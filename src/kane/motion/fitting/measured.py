@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measured motions: times, and columns of what was measured, with gaps."""
+"""Measurements of a motion: times, and columns of values with gaps."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ TIMES = ("t", "time")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurements:
-    """`values` (n × columns) at times t (n), NaN where there is a gap; `exprs` are what the columns are of the model."""
+    """`values` (n × columns) at times t (n), NaN for missing ones; `exprs` are the expressions of the model for the columns."""
 
     t: Array
     names: tuple[str, ...]
@@ -29,7 +29,7 @@ class Measurements:
 
     @property
     def there(self) -> Mask:
-        """Which values are no gaps."""
+        """The mask of values that are not missing."""
         return np.isfinite(self.values)
 
     def between(self, first: int, last: int) -> "Measurements":
@@ -38,16 +38,16 @@ class Measurements:
 
 
 def measured(eom: Equations, data: Any, outputs: Mapping[str, Any] | None) -> Measurements:
-    """Of a DataFrame of pandas, a Dataset of xarray or a dict of arrays: a column "t", or an index or coordinate of that name.
+    """The measurements in a DataFrame, a Dataset or a dict of arrays, with times as the column, index or coordinate "t" or "time".
 
     Raises
     ------
     SimulationError
-        if times do not increase, columns have other lengths, or nothing was measured
+        if times do not increase, columns differ in length, or there are no values
     UnitError
-        if a column of a Dataset has a unit that is not the model's
+        if the unit of a column differs from that of the model
     ValueMissingError
-        if a column is neither an output nor a symbol of the equations
+        if there are no times, or a column is neither an output nor a symbol of the equations
     """
     columns, units = _columns(data)
     times = next((name for name in TIMES if name in columns), None)
@@ -129,11 +129,11 @@ def _check_unit(eom: Equations, name: str, expr: Expr, unit: str | None) -> None
 
 
 _WIDTH = 7
-"""Points of a local fit."""
+"""Number of points in a local fit."""
 
 
 def starts_of(measured_: Measurements, at: Sequence[int]) -> tuple[dict[Expr, Array], dict[Expr, Array]]:
-    """Values and rates of what was measured at rows, by local quadratic fits; by expression."""
+    """Values and rates of the measured expressions at given rows, by local quadratic fits."""
     values, rates = dict[Expr, Array](), dict[Expr, Array]()
     for k, expr in enumerate(measured_.exprs):
         there = np.flatnonzero(measured_.there[:, k])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Unknowns that leave bodies possible: masses above zero, moments of inertia of some distribution of mass.
+"""Physical consistency of estimated inertial parameters: positive mass, and moments of inertia of some distribution of mass.
 
-The distance of each body from the first one (`numeric.pseudo_inertia`) stands beside half the squares of residuals, with a weight:
-little where bodies are possible anyhow, without bound where they cease to be.
+The distance of each body from the initial one (`numeric.pseudo_inertia`) is a weighted barrier, added to half the sum of squared
+residuals: negligible for consistent bodies, unbounded where consistency is lost.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ _MOMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
 class Here(NamedTuple):
-    """The distance from the first body, and C and c of its slope Cᵀ c and curvature Cᵀ C."""
+    """The distance from the initial body, and C and c of its gradient Cᵀ c and Hessian Cᵀ C by the unknowns."""
 
     distance: float
     slopes: Array
@@ -36,7 +36,7 @@ class Here(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Possible:
-    """One body: its mass and central moments with their slopes by the unknowns, and J₀ in the directions in which it has extent."""
+    """One body: mass and central moments, their derivatives by the unknowns, and the initial J₀ in directions of nonzero extent."""
 
     values: tuple[Expr, ...]
     slopes: tuple[tuple[Expr, ...], ...]
@@ -44,7 +44,7 @@ class Possible:
     first: Array
 
     def at(self, values: Mapping[Expr, Any]) -> Here | None:
-        """The distance and its rows, by the unknown parameters; None where the body is not possible."""
+        """The distance with C and c; None if the body is inconsistent."""
         pi = np.array(evaluate(list(self.values), values), dtype=float)
         lower = root_of(np.tensordot(pi, self.units, 1))
         if lower is None:
@@ -54,15 +54,15 @@ class Possible:
 
 
 def possible_bodies(eom: Equations, unknown: Sequence[Parameter], values: Mapping[Expr, Any]) -> tuple[Possible, ...]:
-    """The bodies of whose mass or moments of inertia some is unknown.
+    """The bodies whose mass or moments of inertia depend on unknowns.
 
-    A rod has no extent across it, and a body of a plane model no moments about axes within the plane: what a first body has none of is
-    not asked for.
+    A rod has no extent across it, and a body in a planar model no moments about axes within the plane: directions without extent in
+    the initial body are exempt from the condition.
 
     Raises
     ------
     SimulationError
-        if a first body is impossible
+        if an initial body is inconsistent
     """
     found = list[Possible]()
     for body in eom.system.bodies:

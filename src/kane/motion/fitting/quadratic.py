@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Quadratic programs of few unknowns: the least ½ d·H d + g·d with E d = e and A d ≥ b.
+"""Small quadratic programs: min ½ d·H d + g·d subject to E d = e and A d ≥ b.
 
-On the null space of E, H is made positive by the sizes of its eigenvalues; what is left is a least distance, which non-negative least
-squares give (Lawson & Hanson 1974, ch. 23).
+On the null space of E, eigenvalues of H are replaced by their magnitudes; the remaining least-distance problem is solved by
+non-negative least squares (Lawson & Hanson 1974, ch. 23).
 """
 
 from typing import NamedTuple
@@ -14,9 +14,9 @@ from scipy.optimize import nnls
 from kane.numeric.arrays import Array, by_substitution
 
 _LEAST = 1e-8
-"""Eigenvalues are at least this share of the largest."""
+"""Least eigenvalue, relative to the largest."""
 _FLAT = 1e-6
-"""Where no eigenvalue is above this share of the slope, all are it: the program is linear, and bounds alone say where it ends."""
+"""If all eigenvalues are below this fraction of the gradient, they are replaced by it: the program is linear, solved by bounds."""
 _NONE = 1e-10
 
 
@@ -29,7 +29,7 @@ class QuadraticStep(NamedTuple):
 
 
 def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Array]) -> QuadraticStep | None:
-    """None where no d meets the conditions."""
+    """The solution and its multipliers; None if no d satisfies the conditions."""
     (E, e), (A, b) = equal, above
     first = np.linalg.lstsq(E, e)[0] if len(E) else np.zeros(len(g))
     free = null_space(E) if len(E) else np.eye(len(g))
@@ -57,7 +57,7 @@ def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Ar
 
 
 def _nearest(C: Array, h: Array) -> tuple[Array, Array] | None:
-    """The least |u| with C u ≥ h, and its multipliers."""
+    """The u of least norm with C u ≥ h, and its multipliers; None if there is none."""
     size = max(float(np.abs(h).max()), 1e-300)
     E = np.vstack([C.T, h / size])
     y, left = nnls(E, np.append(np.zeros(C.shape[1]), 1.0), maxiter=30 * len(h))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`sensitivities`: the exact derivatives of a motion by parameters and start values, at every sample."""
+"""`sensitivities`: the exact derivatives of a motion with respect to parameters and initial values."""
 
 from collections.abc import Sequence
 from typing import Any, Literal, Unpack

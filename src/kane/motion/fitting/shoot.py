@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`shoot`: inputs, parameters and start values with which a motion ends where it should, at the least cost, by shooting.
+"""`shoot`: inputs, parameters and initial values for which a motion satisfies final conditions at the least cost (direct shooting).
 
-The cost is J = e(x(T)) + ∫ L dt, the integral along the way back, across events. Gradients of costs and conditions are
-those of the variational equations, or of the adjoint ones, exact as the motion is (Betts 2010, ch. 3: direct shooting). Inputs of
-time that are linear in the unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead
-to is run as one.
+The cost is J = e(x(T)) + ∫ L dt; the integral and its gradient come from the adjoint, across events. Derivatives of costs and
+conditions are exact for the computed motion, by variational or adjoint equations (Betts 2010, ch. 3). Inputs of time that are linear
+in the unknowns are determined by direct multiple shooting with many short motions (`lifted`, `least_cost`), and verified by a single
+motion.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,10 +35,10 @@ from kane.program.native.machine import Settings
 from kane.progress import far, working
 
 _POINTS = 4
-"""Points of the quadrature in a panel, exact to the seventh degree."""
+"""Gauss points per panel, exact to degree 7."""
 _MANY = 2
-"""Up to so many numbers an unknown a way back along the motion is taken: of two rods it takes 3 to 6 ms where the variational
-equations take 9 to 50, of ten rods 8 in place of 1,000."""
+"""Largest ratio of differentiated numbers to unknowns for the adjoint: with two rods it takes 3 to 6 ms, the variational equations
+9 to 50; with ten rods 8 instead of 1,000."""
 
 
 class Curve(NamedTuple):
@@ -113,7 +113,7 @@ class Shot(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Aim:
-    """What is wanted: expressions at the end between `low` and `high`, a cost at the end, and one along the motion."""
+    """The problem: expressions at the end between `low` and `high`, a final cost, and an integral cost with its quadrature."""
 
     ends: tuple[Expr, ...]
     low: Array
@@ -125,25 +125,25 @@ class Aim:
 
     @property
     def costs(self) -> bool:
-        """Whether anything is to be small."""
+        """Whether there is a cost."""
         return self.cost is not ZERO or self.integral is not ZERO
 
     @property
     def exprs(self) -> tuple[Expr, ...]:
-        """What is read along the motion, then at its end."""
+        """The integrand, the final cost and the conditions."""
         return (self.integral, self.cost, *self.ends)
 
     def apart(self, change: Array) -> Array:
-        """Changes of the conditions, of sizes of one."""
+        """Magnitudes of changes of the conditions, relative to the larger of 1 and the lower bound."""
         return np.asarray(np.abs(change) / np.maximum(1.0, np.abs(np.where(np.isfinite(self.low), self.low, 0.0))))
 
     def missed(self, values: Array) -> Array:
-        """How far each condition is missed, of sizes of one."""
+        """The violation of each condition, relative as in `apart`."""
         return self.apart(np.maximum(np.maximum(self.low - values, values - self.high), 0.0))
 
     @property
     def numbers(self) -> int:
-        """How many are differentiated: the conditions, and the cost."""
+        """The number of differentiated values: the conditions, and the cost."""
         return len(self.ends) + self.costs
 
     def value(self, motion: Solution) -> float:
@@ -154,12 +154,12 @@ class Aim:
         return total
 
     def rows(self, motion: Solution) -> Indices:
-        """The samples of a motion at the times of the quadrature."""
+        """The samples of a motion at the quadrature times."""
         return np.minimum(np.searchsorted(motion.t, self.times), len(motion) - 1)
 
 
 class Differentiated(NamedTuple):
-    """Values (m) of the conditions at the end and their Jacobian, the cost and its gradient."""
+    """The final values (m) of the conditions and their Jacobian, the cost and its gradient."""
 
     ends: Array
     by_ends: Array
@@ -168,18 +168,18 @@ class Differentiated(NamedTuple):
 
 
 class Flight:
-    """Motions at values of the unknowns, the last one kept."""
+    """Motions as functions of the scaled unknowns z; the last derivatives are cached."""
 
     def __init__(self, course: ParametricMotion, aim: Aim, sizes: Array) -> None:
         self.course, self.aim, self.sizes, self.steps = course, aim, sizes, 0
         self._last: tuple[bytes, Differentiated] | None = None
 
     def at(self, z: Array) -> ParametricMotion:
-        """The motions at z, in sizes of the unknowns."""
+        """The motions at z, in units of `sizes`."""
         return self.course.at(dict(zip(self.course.by, (z * self.sizes).tolist(), strict=True)))
 
     def motion(self, z: Array, times: Any) -> Solution:
-        """The motion at z."""
+        """The motion at z; SimulationError if it does not reach the end of the span."""
         motion = self.at(z).motion(times)
         self.steps += 1
         far(lambda: f"{self.steps} motions")
@@ -190,7 +190,7 @@ class Flight:
         return motion
 
     def slopes(self, z: Array) -> Differentiated:
-        """What is wanted of the motion at z and its slopes: by one way back where that is cheaper."""
+        """Conditions and cost at z with derivatives, by the adjoint where that is cheaper."""
         key = z.tobytes()
         if self._last is None or self._last[0] != key:
             course, motion = self.at(z), self.motion(z, 2)
@@ -203,7 +203,7 @@ class Flight:
         return self._last[1]
 
     def _forwards(self, course: ParametricMotion, motion: Solution) -> tuple[Array, Array, float, Array]:
-        """Values of the conditions, their slopes, the cost and its slopes: its integral is found on the way back."""
+        """Conditions, their Jacobian, the cost and its gradient by the variational equations; the integral by the adjoint."""
         aim, k, s = self.aim, len(self.sizes), course.sensitivities(motion)
         cost, by_cost = 0.0, np.zeros(k)
         if aim.cost is not ZERO:
@@ -215,7 +215,7 @@ class Flight:
         return np.array(values), np.array(slopes).reshape(-1, k), cost, by_cost
 
     def _backwards(self, s: AdjointSensitivities) -> tuple[Array, Array, float, Array]:
-        """The same."""
+        """The same by the adjoint."""
         aim, last, m = self.aim, np.eye(len(s.motion))[-1], len(self.aim.ends)
         numbers: list[dict[Expr, Array]] = [{e: last} for e in aim.ends]
         numbers += [{} if aim.cost is ZERO else {aim.cost: last}] * aim.costs
@@ -225,7 +225,7 @@ class Flight:
         return values[:m], slopes[:m], cost, by_cost
 
     def end(self, z: Array) -> Array:
-        """The values of the conditions at the end."""
+        """The final values of the conditions."""
         motion = self.motion(z, 2)
         return np.array([motion[e][-1] for e in self.aim.ends])
 
@@ -263,7 +263,7 @@ def shoot(
     end : final conditions {name or expression: value, or (low, high)}
     cost : an expression to minimize, at the end of the motion
     integral : an expression whose integral over the motion is to be minimized, added to `cost`
-    panels : number of segments of the motion, if many short motions are joined (see Notes); more if inputs have corners within one
+    panels : number of segments in multiple shooting (see Notes) and in the quadrature; divided further at breakpoints of inputs
     bounds : {unknown: (low, high)}, None for no bound
     rtol, atol : tolerances of the motions
     tolerance : admissible residual of the conditions, for quantities of order 1
@@ -277,16 +277,16 @@ def shoot(
     Raises
     ------
     SimulationError
-        if a motion does not reach the end, or the conditions are not met
+        if a motion does not reach the end, or the conditions are not satisfied
 
     Notes
     -----
-    Where the conditions and the cost are no more than twice as many numbers as there are unknowns, they are differentiated by one
-    way back along each motion, as `kn.fitting.sensitivities` does by method "adjoint"; else by the variational equations.
-    `scipy.optimize.minimize`, method "SLSQP"; `least_squares` without a cost. Betts, J. T. (2010), Practical Methods for Optimal
-    Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where equations have no constraints, contacts and events, and
-    the unknowns are those of inputs of time that are linear in them, as curves are, Newton's steps on many short motions that are
-    joined take their place (Albersmeyer, J., Diehl, M. (2010), The lifted Newton method, SIAM J. Optim. 20).
+    If the number of conditions and costs is at most twice that of the unknowns, derivatives are computed by one backward
+    integration along each motion, as by `kn.fitting.sensitivities` with method "adjoint"; else by the variational equations. The
+    optimizers are `scipy.optimize.minimize`, method "SLSQP", and `least_squares` without a cost. Betts, J. T. (2010), Practical
+    Methods for Optimal Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. For equations without constraints, contacts
+    and events, with unknowns only in inputs of time that are linear in them, as curves are, direct multiple shooting is used instead
+    (Albersmeyer, J., Diehl, M. (2010), The lifted Newton method, SIAM J. Optim. 20).
 
     Examples
     --------
@@ -316,7 +316,7 @@ def shoot(
 
 
 def _sizes(by: Sequence[Symbol], values: Array) -> Array:
-    """What a unit of each unknown is for the optimizer: its size, or a tenth of the largest of its unit."""
+    """The scale of each unknown for the optimizer: its magnitude, at least a tenth of the largest one with the same unit."""
     units = [getattr(s, "unit", "") for s in by]
     largest = {unit: max(abs(v) for v, u in zip(values.tolist(), units, strict=True) if u == unit) for unit in units}
     return np.array([max(abs(v), 0.1 * largest[u]) or 1.0 for v, u in zip(values.tolist(), units, strict=True)])
@@ -347,17 +347,17 @@ def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral
 
 
 _ROUNDS = 4
-"""How often joined motions are led to where the one motion ends right, or are cut finer."""
+"""Largest number of corrections or refinements of multiple shooting."""
 _COARSE = 1e-5
-"""How far joined motions and the one may end apart, of sizes of one, if they are not to be cut finer."""
+"""Largest relative difference of final conditions between multiple shooting and a single motion without refinement."""
 
 
 def _joined(
     flight: Flight, first: Array, bounds: tuple[Array, Array], count: int, tolerance: float, most: int
 ) -> tuple[Array, str] | None:
-    """The least cost, or else the least change of the unknowns, by joined motions; None where these do not do or find none.
+    """The least cost, or the least change of the unknowns, by multiple shooting; None if it is inapplicable or fails.
 
-    Where the one motion ends beside them, they are led as far to the other side.
+    The difference of the final conditions of a single motion is subtracted from the target of the next round.
     """
     aim, course = flight.aim, flight.course
     z = start = first / flight.sizes
@@ -383,7 +383,7 @@ def _joined(
 
 
 def _guessed(flight: Flight, z: Array, times: Array) -> Array:
-    """States on the line from the start to where the motion should end, if that is said of all; of the motion at z if not."""
+    """Initial states of segments: linear from start to end if all final values are specified, else from the motion at z."""
     course, aim = flight.course, flight.aim
     start, wanted = course.start, dict(zip(aim.ends, aim.low.tolist(), strict=True))
     if all(s in wanted for s in course.map.eom.state) and np.array_equal(aim.low, aim.high):
@@ -395,7 +395,7 @@ def _guessed(flight: Flight, z: Array, times: Array) -> Array:
 
 
 def _least_residual(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
-    """The conditions alone, by least squares."""
+    """Solves the conditions alone, by least squares."""
     aim = flight.aim
     call: Callable[..., Any] = least_squares
 
@@ -422,7 +422,7 @@ def _scaled(bounds: tuple[Array, Array], flight: Flight) -> tuple[Array, Array]:
 
 
 def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: float, most: int) -> tuple[Array, str]:
-    """The least cost under the conditions."""
+    """Minimizes the cost subject to the conditions."""
     aim = flight.aim
     equal = aim.low == aim.high
     kinds = (
