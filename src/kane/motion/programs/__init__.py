@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions as programs of other languages: in C99, in WebAssembly."""
+"""Simulations as programs in other languages: C99 and WebAssembly."""

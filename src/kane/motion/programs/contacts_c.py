@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion with contacts in C: the kernels of a method, a table of modes for them, and the kernel that leads from one to the next.
+"""A motion with contacts in C: the stepping kernels of a method, a table of contact modes, and the kernel of the hybrid automaton.
 
-The kernels are those of `simulate`. Modes without constraints share one, modes with them another: routines, numbers and places that
-differ stand in the table.
+The kernels are those of `simulate`. Modes without constraints share one kernel, modes with constraints another; the table contains
+the routines, numbers and offsets that differ.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
 
 ROWS = 128
-"""Modes until what went on is to be read: more than may follow each other at one instant."""
+"""Largest number of modes in one call, after which the records must be read; more than occur at one instant."""
 _GIVEN = {
     **{name: f"m->{name}" for name in ("s", "y", "r")},
     "samples": "m->samples - 1",
@@ -47,7 +47,7 @@ _GIVEN = {
     "work": "m->work",
     "lag": "m->lag",
 }
-"""Arguments of all kernels."""
+"""C expressions for arguments that are common to all modes."""
 _OF_MODES = {
     "p": "ps",
     "seen": "seen",
@@ -56,14 +56,14 @@ _OF_MODES = {
     "leaves": "leaves",
     "held_reach": "held_reach",
 }
-"""Arrays of the kernel that leads from mode to mode of which each mode has a part, by what its own kernel calls them."""
+"""Arrays of the automaton with a part for each mode, by the argument name in the stepping kernel."""
 _HOISTED = ("h", "hd", "hw", "hg", "ht", "ha", "held_h")
 _VARYING = {"rhs": "rates", "watch": "events", "glance": "glance", "constraints": "holding"}
 _RATE = "void (*{0})(double, const double *, const double *, const double *, const double *, double *)"
 
 
 class _ModeRow(NamedTuple):
-    """A mode as a row of the table: numbers, tables, the lengths and first values of arrays."""
+    """A mode as a row of the table: its numbers, the initial values of its arrays, and the names of its routines."""
 
     mode: ModeOfProgram
     held: bool
@@ -75,7 +75,7 @@ class _ModeRow(NamedTuple):
 def contact_pieces(
     compiled: Compiled, method: str, modes: Sequence[ModeOfProgram], headers: str, more: TasksOf | None
 ) -> Pieces:
-    """What a program says of equations whose contacts have these modes, which `more` tasks may be evaluated in."""
+    """The parts of a program for equations whose contacts have these modes; `more` are further tasks evaluated in each mode."""
     eom, name, contract = cast(Equations, compiled.equations), compiled.name, compiled.settings.contract
     touch, programs = programs_of(compiled, modes, contract, more, starts=True)
     programs = [replace(one, name=f"{name}_m{k}") for k, one in enumerate(programs)]
@@ -143,7 +143,7 @@ def _row(k: int, mode: ModeOfProgram, program: Program, n: int) -> _ModeRow:
 
 
 def _kernel(rows: Sequence[_ModeRow], held: bool, method: str) -> Kernel:
-    """The kernel of modes with or without constraints; what is the same number in all of them is known."""
+    """The stepping kernel of the modes with or without constraints; integers equal in all of them are compiled in."""
     first, *others = (row for row in rows if row.held == held)
     watched = any(row.mode.equations.events for row in (first, *others))
     same = {a: x for a, x in first.integers.items() if all(row.integers.get(a) == x for row in others)}
@@ -154,7 +154,7 @@ def _kernel(rows: Sequence[_ModeRow], held: bool, method: str) -> Kernel:
 def _arrays(
     eom: Equations, tables: Given, own: Mapping[str, Array], touch: Program, modes: Sequence[ModeOfProgram]
 ) -> dict[str, Array]:
-    """What all modes have in common, as a motion begins with it."""
+    """The arrays that all modes share, with their initial values."""
     n, count = tables["n"], tables["event_count"]
     lengths = rooms(count, count, 0, n)
     return {
@@ -171,7 +171,7 @@ def _arrays(
 
 
 class _Table:
-    """The table of modes: what differs of them, and where in one array those of theirs stand that change."""
+    """The table of modes: what differs between them, and the offsets of their writable arrays in one common array `first`."""
 
     def __init__(self, rows: Sequence[_ModeRow], printed: str, puts: bool) -> None:
         self.rows, self.printed, self.puts = rows, printed, puts
@@ -189,11 +189,11 @@ class _Table:
         self.first = np.concatenate([*found, np.zeros(1)])
 
     def only_reads(self, array: str) -> bool:
-        """Whether all kernels only read an array."""
+        """Whether no kernel writes to an array."""
         return only_read(array, self.printed)
 
     def lines(self, kernels: Mapping[bool, Kernel]) -> list[str]:
-        """The table, its tables, and the rates of modes with several choices of dependent speeds."""
+        """The C text of the table, its arrays, and the rates of modes with several choices of dependent speeds."""
         wanted = {a.name for kernel in kernels.values() for a in kernel.arguments}
         integers = sorted(a.name for kernel in kernels.values() for a in kernel.arguments if isinstance(a, Integer))
         integers = [a for a in dict.fromkeys(integers) if a not in _GIVEN]
@@ -229,19 +229,19 @@ class _Table:
 
 
 def _rates(row: _ModeRow) -> list[str]:
-    """The rates by the choice of dependent speeds."""
+    """The rates, dispatched by the choice of dependent speeds."""
     tasks = [task.name for part in row.mode.parts for task in part.tasks if task.name.startswith("rates_")]
     prefix = row.routines["hoist"].removesuffix("hoist")
     return dispatched([f"{prefix}{task}" for task in tasks], str(row.integers["held_choice_at"]), row.routines["rhs"])
 
 
 def _at(a: Argument) -> str:
-    """An argument of the kernel that leads from mode to mode."""
+    """The C expression for an argument of the automaton kernel."""
     return {**_GIVEN, "p": "m->p", "h": "m->h"}.get(a.name, f"at_{a.name}")
 
 
 def _stepped(kernel: Kernel, table: _Table, constant: Mapping[str, Array], parts: Mapping[str, int], name: str) -> str:
-    """The function that steps the kth mode by a kernel."""
+    """The C function that runs the stepping kernel in the kth mode."""
 
     def given(a: Argument) -> str:
         own = "" if _OF_MODES.get(a.name, a.name) in constant else "m->"
@@ -272,7 +272,7 @@ def _stepped(kernel: Kernel, table: _Table, constant: Mapping[str, Array], parts
 
 
 def _chosen(name: str, kinds: Sequence[bool], parts: Mapping[str, int]) -> str:
-    """What the kernel that leads from mode to mode calls of the present one."""
+    """The C functions that the automaton kernel calls for the current mode."""
     steps = " : ".join(
         [
             *(["mode_rows[k].held ? step_held(m, k)"] * (len(kinds) > 1)),
@@ -310,7 +310,7 @@ _NOTHING = "static const double idle[1] = {0.0};"
 
 
 def _counts(tables: Given, modes: Sequence[ModeOfProgram], parts: Mapping[str, int]) -> str:
-    """Numbers of the tables."""
+    """The enumeration of table sizes."""
     counts = {
         "KNOWN": len(modes),
         "CONTACTS": tables["contacts"],
@@ -328,7 +328,7 @@ def _counts(tables: Given, modes: Sequence[ModeOfProgram], parts: Mapping[str, i
 
 
 def _shown(eom: Equations, modes: Sequence[ModeOfProgram]) -> str:
-    """Names of contacts, of what they do, and of events."""
+    """The C tables of names: of contacts, of their modes, and of events."""
     contacts = eom.system.contacts
     names = ", ".join(c_string(c.name) for c in contacts)
     words = ", ".join(f"{{{', '.join(c_string(m.word(c)) for m in ContactMode)}}}" for c in contacts)

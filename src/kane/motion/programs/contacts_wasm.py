@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion with contacts as one module of WebAssembly: the kernels of its modes, and the one that leads from one to the next.
+"""A motion with contacts as one WebAssembly module: the stepping kernels of its modes, and the kernel of the hybrid automaton.
 
-They are those of `simulate`, without contraction. A host writes what is given, calls `begin`, then `run` as long as what went on is to
-be collected. A mode that the module does not have, and what Python would decide, end the motion there.
+The kernels are those of `simulate`, without contraction. A host writes the inputs to memory, calls `begin`, then `run` as long as
+there are records to collect. A mode that the module does not contain, or a decision that requires Python, ends the motion.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,11 +44,11 @@ from kane.program.native.entry import RESULT
 from kane.program.program import Program
 
 _SAMPLES = 2
-"""Where behind the mode and what its kernel returned stands how many samples are asked for."""
+"""Index in `calls` of the number of requested samples, after the mode and the return code of its kernel."""
 
 
 def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: str, samples: int) -> bytes:
-    """The module of equations whose contacts have these modes."""
+    """The module for equations whose contacts have these modes."""
     eom = cast(Equations, compiled.equations)
     check_events(eom)
     touch, programs = programs_of(compiled, modes)
@@ -85,7 +85,7 @@ def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: 
 
 
 def _shared(module: Module, touch: Program, eom: Equations, tables: Given, samples: int, work: int) -> Memory:
-    """Where stands what all modes have in common."""
+    """The memory of the data common to all modes."""
     n, count = tables["n"], tables["event_count"]
     lengths = rooms(count, count, 0, n)
     memory = Memory(module, touch, {
@@ -105,13 +105,13 @@ def _shared(module: Module, touch: Program, eom: Equations, tables: Given, sampl
 
 _SHARED = ("s", "y", "lag", "times", "rows", "states", "held_marks", "held_log", "log", "jumps", "r", "work")
 _CALLS = {"make": (I32,), "hoist": (I32,), "look": (F64, I32, I32, I32, I32)}
-"""What the kernel that leads from mode to mode calls of each, and what that takes."""
+"""The functions of each mode that the automaton kernel calls, with their parameter types."""
 
 
 def _mode(
     whole: Memory, own: Mapping[str, Array], m: int, mode: ModeOfProgram, program: Program, method: str
 ) -> tuple[int, int, int]:
-    """The functions of a mode: its kernel, what hoists for it, its events' quantities."""
+    """The indices of the functions of a mode: the stepping kernel, the evaluation of h from parameters, and the event functions."""
     module = whole.module
     shared = {name: whole.arrays[name] for name in _SHARED}
     for name, to in (("p", "ps"), *((name, name) for name in ("seen", "largest", "least", "leaves", "held_reach"))):
@@ -137,7 +137,7 @@ def _mode(
 def _begin(
     memory: Memory, modes: Sequence[ModeOfProgram], touch: Program, hoist: int, fixed: bool, entries_: int
 ) -> None:
-    """`begin`, of any motion, after which all modes have the parameters."""
+    """Exports `begin`, which starts any motion after copying the parameters to all modes."""
     module, parameters = memory.module, len(touch.ports[2].symbols)
     memory.put("p_from", parameters_from(touch, modes, memory.integers["p_count"]).reshape(-1))
     integers = {**memory.integers, "known": len(modes), "parameters": parameters, "entries": entries_}
@@ -150,7 +150,7 @@ def _begin(
 
 
 def _spread() -> Kernel:
-    """The parameters for each mode, what is known of contacts at a start, and how many samples there are."""
+    """A kernel that sets the parameters of each mode, the initial state of contacts, and the number of samples."""
     w = Writer("spread")
     known, count, contacts, samples = (w.number(name) for name in ("known", "p_count", "contacts", "samples"))
     entries_ = w.number("entries")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The modes of contacts that a program of another language has, their equations, and the tables by which it goes to the next."""
+"""The contact modes of a generated program, their equations, and the tables for transitions between them."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -23,7 +23,7 @@ from kane.program.program import Program
 
 
 class ModeOfProgram(NamedTuple):
-    """A mode of contacts, its equations, and what is looked after in it."""
+    """A contact mode, its compiled equations, and its events and constraints as parts of a program."""
 
     modes: Modes
     compiled: Compiled
@@ -31,7 +31,7 @@ class ModeOfProgram(NamedTuple):
 
     @property
     def equations(self) -> Equations:
-        """Its equations."""
+        """The equations of the mode."""
         return cast(Equations, self.compiled.equations)
 
 
@@ -43,14 +43,14 @@ def modes_of(
     what: str = "a module of WebAssembly",
     **options: Any,
 ) -> list[ModeOfProgram]:
-    """The modes that a program, `what` in words, has: those wanted, and all in which contacts hold by rows of their own if not `most`.
+    """The modes of a program, which messages call `what`: the `wanted` ones, and all possible ones if there are at most `most`.
 
-    They are compiled by `options`, without contraction unless told.
+    Modes from `ContactMode.ACROSS` on are left out. `options` are those of compilation, by default without contraction.
 
     Raises
     ------
     ProgramError
-        if there is none that a program can look after
+        if the program can run none of them
     """
     eom, said = cast(Equations, compiled.equations), ""
     every, found = possible(eom.system.contacts), list[ModeOfProgram]()
@@ -58,7 +58,7 @@ def modes_of(
         if max(modes) >= ContactMode.ACROSS:
             said = said or "contacts of one body that hold together"
             continue
-        with suppress(KaneError):  # none that there is
+        with suppress(KaneError):  # an impossible mode
             one = eom.numeric().value(ContactModes).equations(modes)
             mode = ModeOfProgram(modes, one.compile(**{"contract": False} | options), parts_of(one))
             try:
@@ -77,13 +77,13 @@ def modes_of(
 
 
 def check_events(eom: Equations) -> None:
-    """No event acts beside contacts."""
+    """Raises ProgramError if an event has an action, which programs with contacts do not support."""
     if any(e.then is not None for e in eom.system.events):
         raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
 
 
 TasksOf = Callable[[ModeOfProgram], Sequence[Task]]
-"""What else a mode evaluates."""
+"""Further tasks that a mode evaluates."""
 
 
 def programs_of(
@@ -93,9 +93,9 @@ def programs_of(
     more: TasksOf | None = None,
     starts: bool = False,
 ) -> tuple[Program, list[Program]]:
-    """What evaluates the numbers by which modes are chosen, and what each mode evaluates, with `more`.
+    """The program that evaluates the quantities by which modes are selected, and the program of each mode, with tasks `more`.
 
-    Where it `starts` by itself the constraints that hold in all modes are among the numbers.
+    With `starts`, for programs that start by themselves, the first also evaluates the constraints that hold in all modes.
     """
     numbers = contact_numbers(cast(Equations, compiled.equations))
     held = [part.tasks[0] for part in constraints(cast(Equations, compiled.equations))] * starts
@@ -106,7 +106,7 @@ def programs_of(
 
 
 def tables_of(eom: Equations, modes: Sequence[ModeOfProgram], tables: Given) -> dict[str, Array]:
-    """The arrays with a part a mode as a motion begins with them."""
+    """The arrays with a part for each mode, with their initial values."""
     own = of_modes(tables, len(modes))
     reaches = [_reach(one.equations) for one in modes]
     most = max(map(len, reaches)) + 1
@@ -118,14 +118,14 @@ def tables_of(eom: Equations, modes: Sequence[ModeOfProgram], tables: Given) -> 
 
 
 def parameters_from(touch: Program, modes: Sequence[ModeOfProgram], count: int) -> Array:
-    """Where among the parameters of all modes those of each stand, `count` places a mode; −1 of those that its contacts set."""
+    """Indices of the parameters of each mode among those of all modes (modes × count); −1 for parameters that its contacts set."""
     place_of = {s: k for k, s in enumerate(touch.ports[2].symbols)}
     rows = [[float(place_of.get(s, -1)) for s in one.equations.parameters] for one in modes]
     return np.array([[*row, *[-1.0] * (count - len(row))] for row in rows])
 
 
 def words(eom: Equations, modes: Modes) -> list[str]:
-    """What each contact does, in a word."""
+    """A word for the mode of each contact."""
     return [m.word(c) for m, c in zip(modes, eom.system.contacts, strict=True)]
 
 
@@ -139,7 +139,7 @@ def _least(mode: ModeOfProgram) -> Array:
 
 
 def _reach(eom: Equations) -> Array:
-    """How large the entries of A become that are not zero."""
+    """The typical magnitudes of the nonzero entries of A."""
     if not is_constrained(eom):
         return np.zeros(0)
     rows, columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T

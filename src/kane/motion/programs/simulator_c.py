@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion as one file of C99: the equations, an integrator's kernel, and a program that prints the trajectory.
+"""A motion as one file of C99: the equations, the kernel of an integrator, and a program that prints the trajectory.
 
-Of what `simulate` looks after, times at which rates turn and pulses of time are looked after there too; what is not is refused.
+Of the features of `simulate`, it supports discontinuities at known times and pulses; motions with unsupported ones are refused.
 """
 
 import re
@@ -59,29 +59,29 @@ _ARGUMENTS = {
     "rows": "&m->rows[N]",
     **{name: f"m->{name}" for name in ("s", "y", "lag", "work", "p", "r", "h")},
 }
-"""What the arguments of a kernel are that are no tables."""
+"""C expressions for the kernel arguments that are not tables."""
 
 
 def emit_simulator(
     compiled: Compiled, method: str = "dop853", period: float | None = None, modes: Sequence[Modes] = ()
 ) -> str:
-    """C99 of a program that simulates: `cc -O2 model.c -o model -lm; ./model END SAMPLES name=value …` prints time and state.
+    """Generate a C99 program that simulates: `cc -O2 model.c -o model -lm; ./model END SAMPLES name=value …` prints time and state.
 
-    Its steps are those of `simulate` with this method and the settings of `compiled`, bit by bit without `contract`, up to where
-    that asks Python for dependent speeds. Events are noted on the standard error; one that sets the state has two rows, before and
-    after. With the `period` (s) of a sampled controller the program asks a function `<name>_control(t, x, inputs)`, of another
-    file in C, for the inputs. Values are those of the state at the start, of inputs, constant, and of parameters that are other
-    than their defaults, by name; rtol, atol and max_step too. Of contacts the program has these `modes`; all, unless told, where
-    they are few.
+    Its steps are those of `simulate` with this method and the settings of `compiled`, bit for bit without `contract`, up to the
+    point where `simulate` calls Python for other dependent speeds. Events are reported on standard error; one that sets the state
+    has two rows, before and after. With the `period` (s) of a sampled controller, the program calls a function `<name>_control(t, x,
+    inputs)` in another C file for the inputs. Arguments name=value are initial values of the state, constant inputs, parameters that
+    differ from their defaults, and rtol, atol and max_step. With contacts, the program has these `modes`, by default all modes if
+    there are few.
 
-    All but `main` allocates nothing, calls no function of itself, has no loop without a bound and prints nothing; with
-    `<NAME>_NO_MAIN` defined there is no `main`. It keeps rules of MISRA C:2012 (`docs/howto/emitted_c.md`).
+    Apart from `main`, the code does not allocate, recurse, print or loop without a bound; `<NAME>_NO_MAIN` omits `main`. It follows
+    rules of MISRA C:2012 (`docs/howto/emitted_c.md`).
 
     Raises
     ------
     ProgramError
-        if the equations have loads that switch by tables of steps, constraints that may lose what holds them, or events that act
-        through Python, which a motion has to look after, or there is no such method
+        if the equations have loads that switch by tables of steps, constraints and a W with poles that the motion does not have, or
+        events whose actions require Python, or if the method is unknown
     """
     return assembled(compiled, method, period, modes=modes)
 
@@ -97,10 +97,10 @@ def assembled(
     modes: Sequence[Modes] = (),
     tasks_of: TasksOf | None = None,
 ) -> str:
-    """The file of `emit_simulator`; with an `ending` in the place of `main`, and routines and tasks that it needs besides.
+    """The file of `emit_simulator`; with an `ending` in place of `main`, and further routines and tasks that it requires.
 
-    Of a motion from mode to mode of contacts these are `tasks_of` each mode.
-    Marks such as @NAME@ are filled in the ending too; where it has a motion it calls it m.
+    With contact modes, the further tasks are `tasks_of` each mode. Marks such as @NAME@ are replaced in the ending too; its variable
+    for the motion must be called m.
     """
     _check_period(period)
     eom = cast(Equations, compiled.equations)
@@ -115,7 +115,7 @@ def assembled(
 
 
 def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[SimulatorPart]) -> Pieces:
-    """What a program says of a motion without modes."""
+    """The parts of a program for a motion without contact modes."""
     eom, name = cast(Equations, compiled.equations), compiled.name
     held, sides = is_constrained(eom), bool(turning(eom))
     watched = sides or bool(eom.events)
@@ -151,7 +151,7 @@ def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Simul
 
 
 def _contacts(compiled: Compiled, method: str, wanted: Sequence[Modes], more: TasksOf | None) -> Pieces:
-    """What a program says of a motion with contacts that change their modes."""
+    """The parts of a program for a motion whose contacts change their modes."""
     check_events(eom := cast(Equations, compiled.equations))
     held = is_constrained(eom)
     options = {"contract": compiled.settings.contract}
@@ -201,7 +201,7 @@ _OWN_FIELDS = """    int64_t enter; /* how the kernel that leads from mode to mo
 
 
 def _filled_in(compiled: Compiled, method: str, period: float | None, pieces: Pieces, ending: str | None) -> str:
-    """The templates with what is said of a motion."""
+    """The templates with the parts of a motion inserted."""
     replaced = {
         "@FIELDS@": "".join(f"    double at_{a}[{_length(what)}];\n" for a, what in pieces.changing.items()),
         "@FILL_TABLES@": _filled(pieces.changing),
@@ -222,7 +222,7 @@ def _filled_in(compiled: Compiled, method: str, period: float | None, pieces: Pi
 
 
 def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
-    """Marks of names and numbers."""
+    """The replacements of marks for names and numbers."""
     integrator, state = INTEGRATORS[method], cast(Equations, compiled.equations).state
     return {
         **{f"@{what}@": c_number(x) for what, x in _SHARES.items()},
@@ -245,7 +245,7 @@ def _check_period(period: float | None) -> None:
 
 
 def _untold(one: Discontinuity) -> str:
-    """Of a time at which rates turn what the program cannot look after."""
+    """The reason why the program cannot find the times of a discontinuity; "" if it can."""
     return f"{one.quantity} turns rates at times that no line gives" if one.slope is None else ""
 
 
@@ -293,7 +293,7 @@ static void nothing({TAKES})
 
 
 def _begun(parts: Sequence[SimulatorPart]) -> str:
-    """What the parts look at in the beginning, one after the other."""
+    """The checks of the parts at the start, one after the other."""
     if not parts:
         return "return @CAPS@_BEGUN;"
     first, *others = (f"begin_{part.name}(m)" for part in parts)
@@ -302,7 +302,7 @@ def _begun(parts: Sequence[SimulatorPart]) -> str:
 
 
 def _sampled(period: float | None) -> dict[str, str]:
-    """What asks a sampled controller for the inputs."""
+    """The replacements of marks for a sampled controller."""
     marks = ("@CONTROL@", "@ASK@", "@ASK_AGAIN@", "@AIM_AT_CONTROL@", "@COMPLETE@")
     if period is None:
         return dict.fromkeys(marks, "") | {"@COMPLETE@": " && complete(@NAME@_inputs, @CAPS@_INPUTS, m->r)"}
@@ -333,7 +333,7 @@ def _template(name: str) -> str:
 
 
 def _call(kernel: Kernel, parts: Sequence[SimulatorPart]) -> str:
-    """The kernel called with what there is."""
+    """The call of the kernel with its arguments."""
     given: dict[str, str] = dict(_ARGUMENTS)
     for part in parts:
         given |= {a: str(what) if isinstance(what, int) else f"at_{a}" for a, what in part.given.items()}
@@ -342,7 +342,7 @@ def _call(kernel: Kernel, parts: Sequence[SimulatorPart]) -> str:
 
 
 def _arrays(kernel: Kernel, parts: Sequence[SimulatorPart]) -> dict[str, Array | str]:
-    """The arrays that the kernel takes of the parts, copies of what is hoisted, and room for arrays that the motion does not have."""
+    """The arrays of the parts that the kernel takes, copies of h, and placeholders for arrays that the motion does not need."""
     found: dict[str, Array | str] = {}
     for part in parts:
         found |= {a: what for a, what in part.given.items() if isinstance(what, np.ndarray)}
@@ -354,7 +354,7 @@ def _arrays(kernel: Kernel, parts: Sequence[SimulatorPart]) -> dict[str, Array |
 
 
 def _constant(array: str, what: Array | str, printed: str) -> bool:
-    """Whether the kernel and what is around it only read an array."""
+    """Whether neither the kernel nor the code around it writes to an array."""
     return not isinstance(what, str) and only_read(array, printed)
 
 
@@ -363,7 +363,7 @@ def _length(what: Array | str) -> str:
 
 
 def _tables(constant: Mapping[str, Array | str], changing: Mapping[str, Array | str], own: Sequence[str]) -> str:
-    """The motion's own lines, the tables, and what those that change begin with where these are no zeros."""
+    """The lines of the motion, the constant tables, and nonzero initial values of writable ones."""
     lines = list(own)
     first = {f"first_{a}": what for a, what in changing.items() if _begins(what)}
     for name, what in ({f"at_{a}": what for a, what in constant.items()} | first).items():
@@ -377,7 +377,7 @@ def _begins(what: Array | str) -> bool:
 
 
 def _filled(changing: Mapping[str, Array | str]) -> str:
-    """What fills the tables of a motion, and copies what is hoisted."""
+    """The C functions that initialize the tables of a motion, and that compute and copy h."""
     loop = "    for (int64_t k = 0; k < ({0}); k++) {{\n        at_{1}[k] = {2};\n    }}"
     fills = [loop.format(_length(w), a, f"first_{a}[k]" if _begins(w) else "0.0") for a, w in changing.items()]
     copies = [loop.format(w, a, "m->h[k]") for a, w in changing.items() if isinstance(w, str)]
@@ -403,7 +403,7 @@ def _filled(changing: Mapping[str, Array | str]) -> str:
 def _equations(
     compiled: Compiled, clock: Clock, parts: Sequence[SimulatorPart], others: tuple[Sequence[str], Sequence[Task]]
 ) -> str:
-    """The rates, what the parts evaluate, `others`, and the clock's quantities, their slopes and pulses, where there are some."""
+    """The C code of the rates, the tasks of parts, `others`, and the clock's quantities with their slopes and pulses, if any."""
     eom, contract = cast(Equations, compiled.equations), compiled.settings.contract
     slopes = [ZERO if one.slope is None else one.slope for one in clock.turning]
     roots: list[Expr] = [*(one.quantity for one in clock.turning), *slopes, *clock.pulses]
@@ -427,7 +427,7 @@ _HEADERS = """#include <stdbool.h>
 
 
 def _clock(clock: Clock) -> dict[str, str]:
-    """What the program looks for at which times rates turn, or may be a pulse."""
+    """The replacements of marks for the search for discontinuities and pulses in time."""
     turning, pulses = bool(clock.turning), bool(clock.pulses)
     most = sum(one.most if one.data.period else min(one.most, len(one.data.ends)) for one in clock.turning)
     return {
@@ -471,7 +471,7 @@ _BY_PULSES = """static double values[PULSES][PLACES];
 
 
 def _levels(turning: Sequence[Discontinuity]) -> str:
-    """The tables of levels."""
+    """The C tables of levels."""
     if not turning:
         return ""
     lines, rows = [], []

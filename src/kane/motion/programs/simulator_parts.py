@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a motion as a program of another language looks after besides steps: events and constraints, as tables, routines and texts."""
+"""Events and constraints of a motion as parts of a program in another language: tables, routines and texts."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -31,16 +31,16 @@ from kane.program.kernel.language import Kernel
 from kane.program.program import Program
 
 METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
-"""The integrators that programs of other languages have: by one state at a time."""
+"""The integrators available in generated programs: explicit ones that step one state at a time."""
 TAKES = "double t, const double *x, const double *p, const double *r, const double *h, double *out"
-"""The arguments of a routine."""
+"""The parameters of a routine in C."""
 
 
 class SimulatorPart(NamedTuple):
-    """What a program looks after besides steps: tables, the routines that a kernel calls by their arguments' names, texts.
+    """A feature of a motion besides stepping: tables, tasks, the routines that a kernel calls by argument name, and texts.
 
-    `hoisted` are what routines take as h: copies of one array, as arguments of kernels do not overlap. What is `shown` `main` alone
-    needs.
+    `hoisted` are the names of h in calls of routines: copies of one array, since arguments of kernels must not overlap. `shown` is
+    text that only `main` needs, `undecided` are the reasons why a program cannot decide the motion.
     """
 
     name: str
@@ -54,7 +54,7 @@ class SimulatorPart(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """What a program in C says of a motion: its equations, kernels, tables and arrays, lines before them, what `main` needs, marks."""
+    """The parts of a program in C: equations, kernels, constant tables, writable arrays, lines before them, text for `main`, marks."""
 
     equations: str
     printed: str
@@ -68,14 +68,14 @@ class Pieces(NamedTuple):
 def checked(
     compiled: Compiled, method: str, what: str, untold: Callable[[Discontinuity], str], switching: bool = False
 ) -> None:
-    """A program of another language, `what` in words, can look after the motion.
+    """Checks that a program in another language, which messages call `what`, can run the motion.
 
-    Of a time at which rates turn `untold` says what it cannot look after; loads may jump where it has the tables of `switching`.
+    `untold` returns the reason why it cannot find the times of a discontinuity; with `switching` loads may jump.
 
     Raises
     ------
     ProgramError
-        if it cannot, or there is no such method
+        if it cannot, or the method is unknown
     """
     if method not in METHODS:
         raise ProgramError(f"Expected an integrator among {', '.join(METHODS)} for {what}, got {method!r}.")
@@ -96,35 +96,35 @@ def checked(
 
 @cache
 def stepping_kernel(method: str, held: bool = False, watched: bool = False, sided: bool = False) -> Kernel:
-    """The kernel of a method, for motions with constraints, events, switches."""
+    """The kernel of a method, for motions with constraints (`held`), events (`watched`) or switching surfaces (`sided`)."""
     asked = {"held": held, "watched": watched, "sided": sided}
     return INTEGRATORS[method].kernel(**{what: True for what, so in asked.items() if so})
 
 
 def only_read(array: str, printed: str) -> bool:
-    """Whether functions in C that are printed only read an array."""
+    """Whether the printed C functions only read an array."""
     return array not in _written(printed)
 
 
 @lru_cache(maxsize=2)
 def _written(printed: str) -> frozenset[str]:
-    """The arrays that functions in C write to: of a million characters, which are looked through once."""
+    """The arrays that C functions write to; cached, since the text may have a million characters."""
     return frozenset(re.findall(r"(?<!const )double \*(\w+)[,)]", printed))
 
 
 def turning(eom: Equations) -> tuple[Expr, ...]:
-    """The quantities of switches that the kernel decides, whose sides stand behind the parameters."""
+    """The switching quantities that the kernel decides; their sides follow the parameters in p."""
     return quantities(eom) if has_jumps(eom) else ()
 
 
 def _task(eom: Equations, make: Callable[..., Bundle[Any]], *more: Expr) -> Task:
-    """What a bundle evaluates, on the sides of switches."""
+    """The task of a bundle, evaluated on given sides of the switching surfaces."""
     count = len(turning(eom))
     return (sided(eom, count, make, *more) if count else make(eom, *more)).task
 
 
 def parts_of(eom: Equations) -> list[SimulatorPart]:
-    """All that there is to look after."""
+    """The parts for events and constraints."""
     return [*events(eom), *constraints(eom)]
 
 
@@ -135,7 +135,7 @@ def motion_program(
     contract: bool | None = None,
     routines: Sequence[str] = (),
 ) -> Program:
-    """The rates, as "rates" where no constraints are held, what the parts evaluate, `more`, and routines of equations by name."""
+    """The program of "rates" (without constraints), tasks of the parts and `more`, and routines of the equations by name."""
     eom, settings = cast(Equations, compiled.equations), compiled.settings
     contract = settings.contract if contract is None else contract
     own = [] if is_constrained(eom) else [replace(_task(eom, rates), name="rates")]
@@ -148,7 +148,7 @@ def motion_program(
 
 
 def events(eom: Equations) -> list[SimulatorPart]:
-    """Events and switches, and those that Python would have to decide, in words."""
+    """Events and switching surfaces, with messages for those that Python would have to decide."""
     turns = turning(eom)
     if not eom.events and not turns:
         return []
@@ -175,7 +175,7 @@ def events(eom: Equations) -> list[SimulatorPart]:
 
 
 def constraints(eom: Equations) -> list[SimulatorPart]:
-    """Constraints, with all choices of dependent speeds where these are few."""
+    """Constraints, with all choices of dependent speeds if there are few."""
     if not is_constrained(eom):
         return []
     found = _choices(eom)
@@ -205,7 +205,7 @@ def constraints(eom: Equations) -> list[SimulatorPart]:
 
 
 def _choices(eom: Equations) -> list[Equations]:
-    """The equations with all dependent speeds of the same rows, theirs first; they alone, where these are many."""
+    """The equations with each choice of dependent speeds for the same rows, the current one first; only it, if there are many."""
     found = [eom]
     for choice in choices(eom)[1:]:
         with suppress(KaneError):
@@ -215,7 +215,7 @@ def _choices(eom: Equations) -> list[Equations]:
 
 
 def dispatched(rates: Sequence[str], place: str, name: str = "rates") -> list[str]:
-    """The rates by the choice of dependent speeds, which stands at a place behind the parameters."""
+    """The C function of the rates, which selects by the choice of dependent speeds, stored in p after the parameters."""
     call = "        {0}(t, x, p, r, h, out);\n        break;"
     cases = [f"    case {k}:\n{call.format(one)}" for k, one in enumerate(rates[:-1])]
     cases.append(f"    default:\n{call.format(rates[-1])}")

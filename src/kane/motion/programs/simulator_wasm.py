@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion as one module of WebAssembly: the equations, the kernel that `simulate` runs, its tables, how it begins and goes on.
+"""A motion as one WebAssembly module: the equations, the stepping kernel of `simulate`, its tables, and functions to start and run.
 
-It needs no toolchain, and gives the bits of `simulate` without contraction. A page or another host writes what is given to the memory
-of the module, calls `begin`, then `run` as long as it comes back for more, and reads the samples.
+It requires no toolchain, and reproduces `simulate` without contraction bit for bit. A page or another host writes initial values to
+the memory of the module, calls `begin`, then `run` until it is finished, and reads the samples.
 """
 
 from collections.abc import Sequence
@@ -24,22 +24,22 @@ from kane.program.emit.wasm import add_program, library
 from kane.program.emit.wasm_module import Module
 
 MOST = 10_000
-"""Samples at most, unless told."""
+"""Default limit of the number of samples."""
 
 
 def emit_simulator_wasm(
     compiled: Compiled, method: str = "dop853", samples: int = MOST, modes: Sequence[Modes] = ()
 ) -> bytes:
-    """A module of WebAssembly that simulates, by steps of `simulate` with this method and without contraction, bit by bit.
+    """Generate a WebAssembly module that simulates, with the steps of `simulate` by this method without contraction, bit for bit.
 
-    Its section "kane" says in JSON where in memory what stands. Up to `samples` of them may be asked for. Of functions other than
-    sin, cos and √ the last digits are those of the engine's `Math`. Of contacts it has
-    these `modes`; of these all, unless told, where they are few.
+    The section "kane" contains the memory layout as JSON. Up to `samples` samples can be requested. The last digits of functions
+    other than sin, cos and √ are those of the engine's `Math`. With contacts, the module has these `modes`, by default all modes if
+    there are few.
 
     Raises
     ------
     ProgramError
-        if the motion asks for what only Python looks after, or there is no such method, or no such number of samples
+        if the motion has features that require Python, the method is unknown, or the number of samples is inadmissible
     """
     eom = cast(Equations, compiled.equations)
     samples = checked_samples(samples, len(eom.state) + 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion in the memory of a module of WebAssembly: where arrays stand, kernels bound to them, rates by the dependent speeds."""
+"""The memory of a WebAssembly module for a motion: addresses of arrays, kernels bound to them, rates by choice of dependent speeds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
 
 ADDRESSES = 2**30
-"""Bytes of samples at most: places in memory are integers of 32 bits with a sign."""
+"""Largest size of the samples (bytes), since addresses are signed 32-bit integers."""
 
 
 def symbols_of(program: Program) -> dict[str, list[list[Any]]]:
-    """Of each port its symbols: name, unit, default."""
+    """The symbols of each port: name, unit, default."""
     return {
         port.name: [[s.name, s.unit or "", None if s.default is None else float(s.default)] for s in port.symbols]
         for port in program.ports
@@ -40,7 +40,7 @@ def symbols_of(program: Program) -> dict[str, list[list[Any]]]:
 
 @dataclass(slots=True)
 class Memory:
-    """Where arrays stand, those that are `shared` with others among them, and the integers among the tables."""
+    """The addresses of arrays, including those `shared` with others, and the integers among the tables."""
 
     module: Module
     program: Program
@@ -60,7 +60,7 @@ class Memory:
         self.integers = {}
 
     def give(self, parts: Sequence[SimulatorPart]) -> None:
-        """The tables of parts, with numbers where they have some; what is hoisted is one array for all."""
+        """Adds the tables of parts; all h are one array."""
         for part in parts:
             self.arrays |= dict.fromkeys(part.hoisted, self.arrays["h"])
             for name, what in part.given.items():
@@ -72,20 +72,20 @@ class Memory:
                 self.integers["leaving"] = len(cast(Array, part.given["leaves"]))
 
     def put(self, name: str, values: Array) -> None:
-        """An array with numbers."""
+        """Allocates an array with initial values."""
         self.arrays[name] = self.module.room(len(values), 64)
         if np.any(values):
             self.module.numbers(self.arrays[name], values.tolist())
 
 
 RATE = (F64, I32, I32, I32, I32, I32)
-"""What a routine takes: t, and the places of x, p, r, h and of the results."""
+"""The parameter types of a routine: t, and the addresses of x, p, r, h and of the results."""
 
 
 def bind(
     memory: Memory, kernel: Kernel, calls: Mapping[str, int], integers: Mapping[str, int], name: str = ""
 ) -> tuple[int, list[str]]:
-    """The number of a kernel with its arrays, routines and integers, and the integers that it takes, as 32 bits; `name` exports it."""
+    """The index of a kernel with arrays, routines and integers bound, and its remaining 32-bit parameters; exported as `name`."""
     module, kernel = memory.module, specialized(kernel, integers)
     routines = {
         a.name: calls[a.name] if a.name in calls else nothing(module, a)
@@ -111,17 +111,17 @@ def call(number: int) -> bytes:
 
 
 def load(at: int) -> bytes:
-    """The instructions that read a double at a place."""
+    """The instructions that load a double from an address."""
     return int32(0) + b"\x2b\x03" + leb(at)
 
 
 def nothing(module: Module, callee: Callee) -> int:
-    """What the motion does not ask for."""
+    """A function without effect, for a routine that the motion does not need."""
     return module.add(WasmFunction([F64 if a == "float" else I32 for a in callee.takes]))
 
 
 def one_of(module: Module, takes: Sequence[int], numbers: Sequence[int], at: int) -> int:
-    """The function that calls one of some with what it is given: which one a double at a place says."""
+    """A function that forwards its arguments to one of several, selected by the double at an address."""
     function = WasmFunction(takes)
     given = b"".join(map(read, range(len(takes))))
     for k, number in enumerate(numbers):
@@ -135,7 +135,7 @@ def one_of(module: Module, takes: Sequence[int], numbers: Sequence[int], at: int
 def stepping(
     memory: Memory, eom: Equations, method: str, parts: Sequence[SimulatorPart], functions: Mapping[str, int]
 ) -> tuple[Kernel, dict[str, int]]:
-    """The kernel of a method, and the functions that it calls: those of the parts, the rates, what hoists."""
+    """The kernel of a method, and the functions that it calls: those of the parts, the rates, and the evaluation of h."""
     held = is_constrained(eom)
     kernel = stepping_kernel(method, held, bool(eom.events))
     calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
@@ -144,7 +144,7 @@ def stepping(
 
 
 def rates_of(memory: Memory, functions: Mapping[str, int], held: bool) -> int:
-    """The rates, where constraints are held by the choice of dependent speeds, which stands behind the parameters."""
+    """The rates; with constraints, selected by the choice of dependent speeds, stored after the parameters."""
     if not held:
         return functions["rates"]
     own = [functions[name] for name in functions if name.startswith("rates_")]
@@ -152,14 +152,14 @@ def rates_of(memory: Memory, functions: Mapping[str, int], held: bool) -> int:
 
 
 def checked_samples(samples: int, state: int) -> int:
-    """How many samples a module has room for, if its memory has that; `state` is how many doubles one takes."""
+    """The number of samples if it fits in memory; `state` is the number of doubles in one. Raises ProgramError."""
     most = ADDRESSES // (8 * (state + 1))
     told = f"samples= a whole number from 2, the start and the end, to {most}"
     return expect.whole(samples, told, least=2, most=most, error=ProgramError)
 
 
 def module_description(memory: Memory, compiled: Compiled, method: str, samples: int) -> dict[str, Any]:
-    """What the section of the module of any motion says."""
+    """The contents of the section "kane" of the module."""
     return {
         "kane": version("kane"),
         "name": compiled.name,
