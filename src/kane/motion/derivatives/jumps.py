@@ -105,7 +105,7 @@ def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> 
 
 
 def check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) -> None:
-    """Raises SimulationError if an action sets an input, or sets a parameter in `by` or a parameter to a variable value."""
+    """Raises SimulationError if an action sets an input, a parameter in `by`, or a parameter to a value that is not constant."""
     for s, what in own.items():
         if isinstance(s, Parameter) and (s in set(by) or free_symbols([what])):
             raise SimulationError(
@@ -287,7 +287,7 @@ def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Paramete
         found, own_stays, _ = hit(z)
         return found if own_stays == stays else np.full(n, np.nan)
 
-    # a coefficient of restitution is not above 1
+    # ArgumentError: a coefficient of restitution above 1 ends the domain of the map
     result = _split(
         after, before, _values(whole, by), f"the impact of the contact {motion.contacts[hits].name!r}", (ArgumentError,)
     )

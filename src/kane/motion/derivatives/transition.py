@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Variational equations Ψ′ = J Ψ + ∂f/∂p by Gauss collocation with eight stages, order 16 (Hairer & Wanner 1996, sec. IV.5).
 
-The stage states are interpolated from the motion and made exact to rounding by Newton iterations on the collocation equations. J is
+The stage states are sampled from the motion and made exact to rounding by Newton iterations on the collocation equations. J is
 evaluated at all stages of all steps at once. Steps are halved until Ψ has converged; its error falls with the sixteenth power.
 """
 

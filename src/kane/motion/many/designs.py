@@ -88,7 +88,7 @@ def _drawn(sampler: str, width: int, count: int, rng: np.random.Generator) -> Ar
     kind = SAMPLERS[sampler]
     if kind is None:
         return rng.random((count, width))
-    from scipy.stats import qmc  # takes its time to import
+    from scipy.stats import qmc  # a slow import
 
     engine = getattr(qmc, kind)(width, seed=rng)
     if sampler == "sobol":

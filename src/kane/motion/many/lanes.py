@@ -248,7 +248,7 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
     samples = stored["rows"][:, : m * n].reshape(count, m, n)
     samples[np.arange(m) >= s[:, Slot.SAMPLE, None]] = np.nan
     back, steps, logged, jumped = s[:, [Slot.BACK, Slot.STEPS, Slot.LOGGED, Slot.JUMPS]].T.astype(np.int64)
-    if "held_marks" in stored:  # Python moves such samples onto the constraints
+    if "held_marks" in stored:  # Python projects these samples onto the constraints
         marked = (stored["held_marks"][:, :m] > 0.0) & (np.arange(m) < s[:, Slot.SAMPLE, None])
         back[marked.any(axis=1)] = ReturnCode.LOOK
     ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps, told=s)

@@ -38,7 +38,7 @@ from kane.program.native.machine import Settings
 from kane.progress import check_whole
 
 if TYPE_CHECKING:
-    from kane.motion.contact_batch import ContactBatch  # which takes its time to import
+    from kane.motion.contact_batch import ContactBatch  # a slow import
 
 T = TypeVar("T")
 

@@ -139,7 +139,7 @@ def _least(mode: ModeOfProgram) -> Array:
 
 
 def _reach(eom: Equations) -> Array:
-    """The typical magnitudes of the nonzero entries of A."""
+    """The largest magnitudes, at the compared states, of the entries of A that are not identically zero."""
     if not is_constrained(eom):
         return np.zeros(0)
     rows, columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
