@@ -63,7 +63,7 @@ def _in_values(times: Array, values: Array) -> set[float]:
 
 
 def pulses(roots: Iterable[Expr]) -> tuple[Expr, ...]:
-    """The largest subexpressions of time and parameters alone, term by term, but the arguments of those that have corners."""
+    """The largest subexpressions of time and parameters alone, term by term; for those with corners, the ones in their arguments."""
     roots = tuple(roots)
     known: dict[Expr, bool] = {}
     of_time: dict[Expr, bool] = {}

@@ -188,7 +188,7 @@ class SharedLaw(NamedTuple):
 
 
 def law(values: Sequence[Expr]) -> SharedLaw:
-    """Expressions without their numbers, identical for all values and signs of these; the first expressions have the first numbers.
+    """Expressions with a symbol for each number, identical whatever the numbers and their signs; those of the first come first.
 
     Numbers absorb signs, and are counted in an order of the terms that does not depend on them, as the order of the arguments of sums
     and products does.
@@ -423,7 +423,7 @@ class HeldInput:
 
 
 class ControlLaw:
-    """A function f(t, x) that returns the inputs `names`; called once per state, whose values are kept."""
+    """A function f(t, x) that returns the inputs `names`; called once per state, as the latest values are cached."""
 
     __slots__ = ("_last", "function", "names")
 

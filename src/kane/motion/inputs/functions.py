@@ -297,12 +297,12 @@ def constant(f: Function) -> float | None:
 
 
 def law_and(drives: Sequence[Any], inputs: Sequence[Expr], more: Sequence[Expr]) -> SharedLaw:
-    """The law of the inputs followed by `more`, without their numbers; an input in Python is represented by its own symbol."""
+    """The `SharedLaw` of the inputs followed by `more`; an input that is computed in Python is represented by its own symbol."""
     return law([*_written(drives, inputs), *more])
 
 
 def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> SharedLaw | None:
-    """The law of the inputs without their numbers, if all are numbers, expressions, or values held between steps; else None.
+    """The `SharedLaw` of the inputs, if all are numbers, expressions, or values held between steps; else None.
 
     Held values are represented by their symbols; with `functions`, Python functions too.
     """

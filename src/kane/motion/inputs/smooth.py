@@ -130,7 +130,7 @@ def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, 
 
 
 def _gaps(values: Array, slopes: Array, lengths: Array) -> Array:
-    """The difference between the change of the function and the integral of its derivative in each part."""
+    """The absolute difference between the change of the function and the integral of its derivative in each part."""
     means = (slopes[:-1:2] + 4 * slopes[1::2] + slopes[2::2]) / 6
     whole: Array = np.abs(np.diff(values) - lengths * means)
     return whole

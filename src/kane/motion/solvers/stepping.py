@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Solvers of SciPy and SUNDIALS as solvers of a course: single steps, each of which continues from the projected state."""
+"""Integrators of SciPy and SUNDIALS as solvers of a motion (`course.Solver`): single steps, continued from the projected state."""
 
 import warnings
 from typing import Any
@@ -31,7 +31,7 @@ _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are restarted; their results are projected in any case."""
 _NEAR_POLE = 0.25
-"""Share of its largest size so far below which a pivot of W may have a pole nearby."""
+"""Share of the largest absolute value of a pivot of W so far below which W may have a pole nearby."""
 
 
 class SolverInPython:
@@ -79,7 +79,7 @@ class SolverInPython:
         return StepFound(before, solver.t, solver.dense_output(), last, solver.y)
 
     def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
-        """Whether a step crosses a singular state, which shorter steps approach, or a load switches and switches back in it."""
+        """The verdict on a step: SHORTER if it crosses a singular state, or if a load switches and switches back in it."""
         stepper, h = self.stepper, step.end - step.t
         if (stepper.jumped(numbers) or stepper.crosses(step.dense, step.t, step.end)) and h > narrow:
             return StepVerdict(Verdict.SHORTER)

@@ -21,7 +21,7 @@ _LONGEST_SPAN = 1e300
 
 
 class Begun(IntEnum):
-    """Results of `begin`: WRONG is an invalid end, tolerance, longest step or sample count; OPEN a violated constraint."""
+    """Results of `begin`: BEGUN; WRONG end, tolerance, longest step or sample count; OPEN constraint; an event ON_THRESHOLD."""
 
     BEGUN = 0
     WRONG = 1
@@ -94,7 +94,7 @@ def _begin_events(w: Writer, at: _At, back: Variable, told: Array) -> None:
 
 
 def _begin_constraints(w: Writer, at: _At, back: Variable, told: Array, y: Array) -> None:
-    """Tests whether the start satisfies the constraints; the terms of A u are scaled by the fastest speed, as others may be zero."""
+    """Tests whether the start satisfies the constraints; A u is judged against the fastest speed: those of a row may be rounding."""
     constraints = w.callee("constraints", *RATE)
     closures, rows, skipped = w.number("held_closures"), w.number("held_rows"), w.number("held_branches")
     entries, speeds, coordinates = w.number("held_entries"), w.number("held_speeds"), w.number("held_coordinates")

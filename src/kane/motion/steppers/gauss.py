@@ -339,7 +339,7 @@ class _Gauss:
                 self.keep(self.next, i, rates)
             self.judge(self.largest(self.change.get()))
             with w.when(self.status.get() < 1):
-                # from the rates just written, which are read sooner than their copy
+                # from the rates just written, which are read faster than their copy
                 self.stages(h, self.rates)
 
     def larger(self, a: Term, b: Term) -> Term:

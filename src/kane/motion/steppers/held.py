@@ -30,7 +30,7 @@ _GROWN = 2.0
 """Entry of Ã above which the scales are computed anew."""
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
 _WIDE, _GOLDEN = 3.0, 0.381966011250105
-"""`_CURVED` for a step inspected in two parts, and the share of the first: B makes whole turns in both only if there are many."""
+"""`_CURVED` for a step inspected in two parts, and the share of the first, the golden section: only many whole turns fit both."""
 POORER, DOUBTFUL = 1.0, 2.0
 """Values of HELD: dependent speeds are poorly determined at the end of a step; constraints may be singular in it or violated."""
 Dense = Callable[[Term, Array, Term], None]
@@ -356,7 +356,7 @@ class ConstraintSolver:
     ) -> None:
         """Projects the `end` of a step and tests its constraints; a doubt that Python has not yet examined sets `asks`.
 
-        It first updates the scales, on which projections depend, since entries of A may have grown, and repeats the step.
+        Before that it updates the scales, on which projections depend, since entries of A may have grown, and repeats the step.
         """
         w, o = self.writer, self.context
         self.present()

@@ -5,9 +5,9 @@ With z_i the state at node i minus y, Σ_j A⁻¹_ij z_j / h = f(t + c_i h, y + 
 and two complex unknowns into which these decouple (`radau_stages`), the complex ones as real systems of twice the size. J and its
 factors are kept while iterations converge fast and the step size stays. The first guess is the last step's polynomial.
 
-The error estimate, of order 5, is (λ/h − J)⁻¹ times the difference of f(y) from the polynomial of the stages' rates. Between the
-nodes the state is ten times more accurate than that, at the end far more: steps are accepted up to ten tolerances of it. A larger
-estimate is repeated at y + error, where stiff components have decayed. Source: Hairer & Wanner, *Solving Ordinary Differential
+The error estimate, of order 5, is (λ/h − J)⁻¹ times the difference, at t, of f(y) from the polynomial of the stages' rates. A step is
+accepted if it is within the tolerance; between the nodes the state is ten times more accurate than that, at the end far more. A
+larger estimate is repeated at y + error, where stiff components have decayed. Source: Hairer & Wanner, *Solving Ordinary Differential
 Equations II*, 2nd ed. 1996, sec. IV.8.
 """
 
@@ -268,7 +268,7 @@ class _Radau:
     # ------------------------------------------------------------------------------------------------------- error
 
     def measure(self, h: Term) -> None:
-        """Sets `error` to the largest error of a component, relative to the accepted one; stores the index in WORST."""
+        """Sets `error` to the largest error of a component in units of its tolerance; stores the index in WORST."""
         w, o = self.writer, self.context
         with w.count(o.n) as i:
             z = [o.work[self.row(Z, j) + i] * x for j, x in enumerate(_M.estimate)]

@@ -20,10 +20,10 @@ class Integrator:
     """An integrator: its kernel, and the length of its array `work` for n components.
 
     It evaluates rates at `width` states at once, and detects events if it `watches`. If it is `driven`, inputs may be functions in
-    Python, which it calls at each stage: no stage is beyond the end of the step, where they may jump or end. A `fixed` one takes
-    steps of size `max_step`. Options of the kernel: `held=True` for constraints, if it `holds` these; `watched=True` for events, and
-    `sided=True` for switches too; `cornered=True`, if it `collocates`, for rates with corners, which its stages alone may miss;
-    `queued=True`, if it `queues`, for many instances in lanes. An `implicit` one takes derivatives of the rates. For one that
+    Python, which it calls at each stage: no stage is beyond the end of the step, where they may jump or be undefined. A `fixed` one
+    takes steps of size `max_step`. Options of the kernel: `held=True` for constraints, if it `holds` these; `watched=True` for
+    events, and `sided=True` for switches too; `cornered=True`, if it `collocates`, for rates with corners, which its stages alone may
+    miss; `queued=True`, if it `queues`, for many instances in lanes. An `implicit` one takes derivatives of the rates. For one that
     watches, `dense(given, h, start)` is the state along the computed step, and `end(n)` the index of its end in `work`.
     """
 
@@ -48,7 +48,7 @@ def _late(module: str, name: str) -> Callable[..., Any]:
 
 
 def _explicit(name: str, driven: bool = True, fixed: bool = False) -> Integrator:
-    """The integrator of the tableau in the module of that name, in capitals; a `driven` one has no stage beyond the step."""
+    """The integrator whose tableau is in the module of its name, in capitals; a `driven` one has no stage beyond the step."""
 
     def of_tableau(function: str) -> Callable[..., Any]:
         return lambda *args, **options: _late("explicit", function)(tableau(name), *args, **options)

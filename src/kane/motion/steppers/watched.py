@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Event detection along a step: which quantities may cross their thresholds, by their values at eight places; their times; actions.
+"""Event detection along a step: possible crossings, from the values of the quantities at eight places; their times; actions.
 
 A quantity that is proved to keep its sign is skipped. Crossings of the others are located (`crossings`) and recorded in `log`. The
 first event that ends the motion or changes its state ends the step there: the states before it and after its actions are a row of
 `jumps`. Python decides, with the tests of all methods (`hybrid.events`), what the kernel cannot: `EventKind.ASKED`, a quantity that
 stays at its threshold, a side that no first derivative determines, a further event at the instant of an action.
 
-The side of a switch is a parameter, −1 or 1; with a fixed side its quantity is smooth across zero. A step that would cross zero is
-repeated up to there; then the switch changes sides. If its quantity returns at once, the switch changes back, and if the motion does
-not continue on that side either, it continues on none.
+The side of a switch is a parameter, −1 or 1; with a fixed side the rates are smooth across zero of its quantity. A step that would
+cross zero is repeated up to there; then the switch changes sides. If its quantity returns at once, the switch changes back, and if
+the motion does not continue on that side either, it continues on none.
 """
 
 from collections.abc import Callable
@@ -230,7 +230,7 @@ class Watched:
     def mark(self, row: int, e: Term) -> Term:
         """An index in `turns`. Rows for a switch: 0 whether it changes sides, 1 whether it came back, 2 its last value.
 
-        For an event: 0 whether it occurs at a switching time, 1 whether it was recorded before its crossing, 2 its distance then.
+        For an event: 0 whether it occurs at a switching time, 1 whether it was recorded before it crosses, 2 its last distance.
         """
         return self.count * row + e
 
