@@ -38,15 +38,15 @@ class ReturnCode(IntEnum):
 class Slot(IntEnum):
     """Indices of the array `s`: the inputs of a kernel, up to FRESH, and the values that it leaves for its next call and for Python.
 
-    STEP is the next step size; if it is 0, a kernel that is FRESH chooses it, unless steps are fixed. If FRESH is 2, the state is
-    projected onto the constraints, and the kernel returns before the first step. BREAKPOINT counts the breakpoints passed, SMOOTH
-    the steps along which the solution hardly bends, LIMITED those whose size only stability or convergence restricts. LOOKED is 1
-    after Python has examined the constraints of the step, 2 after its events as well. SPAN is the length of the time span (s),
-    PHASE the time of the last action, SINCE the interval between it and the previous one; LOGGED and JUMPS are the numbers of
-    logged events and jumps; `control` may set STOPPED. SIDED is 0 while the sides of the switches are unknown, 2 if some are to
-    change. While END is a switching time, TURNING is 1 and BEYOND is the end after it. CHOICE is the index of the dependent speeds
-    in use, MEASURED is 1 if the scales of the constraints were updated at this step. BACK is the return code of a queued instance.
-    PACE is the reciprocal of the step size that the error of the last step allowed, 0 if there is none.
+    STEP is the next step size; if it is 0, a kernel that is FRESH chooses it, unless steps are fixed. If FRESH is 2, it projects the
+    state onto the constraints and returns before a step. SAMPLE is the next sample, WORST the component with the largest error.
+    BREAKPOINT counts breakpoints passed, SMOOTH steps along which the solution hardly bends, LIMITED those whose size only stability
+    or convergence restricts. LOOKED is 1 after Python has examined the constraints of the step, 2 after its events as well. SPAN is
+    the length of the time span, PHASE the time of the last action, SINCE the interval between it and the previous one; LOGGED and
+    JUMPS are the numbers of logged events and jumps; `control` may set STOPPED. SIDED is 0 while the sides of switches are unknown, 2
+    if some are to change. While END is a switching time, TURNING is 1 and BEYOND is the end after it. CHOICE is the index of the
+    dependent speeds in use, MEASURED 1 if the scales of the constraints were updated at this step; HELD, SHARE and QUIET: see
+    `held.py`. BACK is the return code of a queued instance. PACE is one over the step size that the last error allowed, 0 if unknown.
     """
 
     TIME = 0

@@ -162,7 +162,7 @@ class Crossings:
         w = self.writer
         return w.select(w.compute("abs", value) < self.leaf(e, 3), self.leaf(e, 1) * _TINY, value)
 
-    # ---------------------------------------------------------------------------------------- brackets of passages
+    # --------------------------------------------------------------------------------------- brackets of crossings
 
     def traverse(self, e: Term, first: Term, others: Term) -> None:
         """Stores brackets of the crossings between `begin` and `end`."""
@@ -285,7 +285,7 @@ class Crossings:
         with w.when(self.get("level") < 1):
             self.put("open", 0)
 
-    # --------------------------------------------------------------------------------------------- places of passages
+    # ------------------------------------------------------------------------------------------ location of crossings
 
     def locate(self, e: Term, at: Term) -> None:
         """Locates the crossing in a bracket, unless it has the wrong direction or is a pole."""
@@ -432,7 +432,7 @@ class Crossings:
         with w.when((sides.get() > 0.0) & (grows.get() > 0.0)):
             self.put("root", -1.0)
 
-    # ----------------------------------------------------------------------------------------------------- in order
+    # ------------------------------------------------------------------------------------------------------ sorting
 
     def sort(self, near: Term) -> None:
         """Sorts crossings by time, simultaneous ones by event, up to the first that ends the motion or changes the state.

@@ -89,7 +89,7 @@ class Watched:
         self.kept_sides = self.kept_p + self.acts
         self.renews = w.variable("renews", INT)
 
-    # ---------------------------------------------------------------------------------------------------- the look
+    # --------------------------------------------------------------------------------------------------- detection
 
     def look(self, clock: Term, states: Term) -> None:
         """Sets `doubtful` if there may be an event; in `work`, states at the eight places are at `states`, their times at `clock`."""
@@ -155,7 +155,7 @@ class Watched:
         """The quantity of an event at the eight places."""
         return self.values.lanes(e * PARTS + ROOM, PARTS)
 
-    # ----------------------------------------------------------------------------------------------- what is there
+    # ---------------------------------------------------------------------------------------------------- location
 
     def ask(self, share: Term, array: Array, place: Term) -> None:
         """Writes the quantities at a share of the step, then the sizes of their terms."""
@@ -458,7 +458,7 @@ class Watched:
                 o.put(Slot.SINCE, 0.0)
                 self.begin_on_other_sides()
 
-    # ------------------------------------------------------------------------------------------------ what it does
+    # ----------------------------------------------------------------------------------------------------- actions
 
     def jump(self, sampled: Callable[[Term, Term], None]) -> None:
         """Ends the step at the first event that ends the motion or changes its state, and continues from there."""
