@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tsitouras & Papakostas's method of order 8 with an error estimate of order 7, and dense output of order 7.
 
-Source: Tsitouras & Papakostas, *Cheap error estimation for Runge–Kutta methods*, SIAM J. Sci. Comput. 20 (1999) 2067–2088. Its dense
-output is not from there, where none is published: `tests/motion/steppers/bootstrapped.py` derives it and chooses its free
-coefficients for the least error.
+Source: Tsitouras & Papakostas, *Cheap error estimation for Runge–Kutta methods*, SIAM J. Sci. Comput. 20 (1999) 2067–2088. No dense
+output is published for it; `tests/motion/steppers/bootstrapped.py` derives the one here and chooses its free coefficients for the
+least error.
 """
 
 from kane.motion.steppers.tableau import Tableau, hermite, numbers
