@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Times at which a motion's rates jump, bend or come and go, so that steps end there: read off what of the rates is of time alone.
+"""Breakpoints, at which integration steps end: times at which rates jump or bend, and at which pulses begin, peak and end.
 
-`clock` lists what that is, for values of parameters to come: `simulate` asks it for the times of its span, and a program in C does the
-same. A smooth pulse is at rest for most of a span; neither a step's estimate nor the energy sees what no stage has asked for, so steps
-end where it begins, at its top, and where it ends.
+They follow from the parts of the rates that depend on time alone. `clock` lists these for parameter values to come: `simulate`
+evaluates them for its span, and so does a generated program in C. A smooth pulse is at rest for most of a span; neither the error
+estimate nor the energy shows a pulse that no stage samples, so steps end where it begins, at its peak, and where it ends.
 """
 
 import math
@@ -25,15 +25,15 @@ from kane.numeric.polynomials import SHARES, left, passages, zero_of
 from kane.numeric.scale import LEAPS, NEAR_TIME
 
 PLACES = 2049
-"""At so many times of a span an expression is looked at: a pulse shorter than between two of them is not seen."""
+"""Number of times in a span at which an expression is evaluated: a pulse between two of them is not detected."""
 SHARE, MOST = 0.5, 64
-"""Share of the span that pulses take at most, and how many there are at most; else it is no pulse, and steps see it."""
+"""Largest share of the span that pulses take, and their largest number; otherwise steps resolve them without breakpoints."""
 
 Span = tuple[float, float]
 
 
 def bumps(terms: Sequence[Expr], parameters: Mapping[Expr, Any], span: Span) -> set[float]:
-    """The beginnings, tops and ends of the pulses in terms of time and parameters."""
+    """The times at which pulses in terms of time and parameters begin, peak and end."""
     values = {s: parameters[s] for s in free_symbols(terms) if s in parameters}
 
     times = np.linspace(*span, PLACES)
@@ -42,7 +42,7 @@ def bumps(terms: Sequence[Expr], parameters: Mapping[Expr, Any], span: Span) -> 
 
 
 def bumps_of(function: Callable[[Array], Array], span: Span, places: int = PLACES) -> set[float]:
-    """The beginnings, tops and ends of the pulses of a function, which is asked at so many places at once."""
+    """The times at which pulses of a function begin, peak and end; it is called with `places` times at once."""
     times = np.linspace(*span, places)
     with np.errstate(all="ignore"):
         return _in_values(times, function(times))
@@ -63,7 +63,7 @@ def _in_values(times: Array, values: Array) -> set[float]:
 
 
 def pulses(roots: Iterable[Expr]) -> tuple[Expr, ...]:
-    """The largest expressions of time and parameters alone, term by term, without what has corners: those are looked into."""
+    """The largest subexpressions of time and parameters alone, term by term; for those with corners, the ones in their arguments."""
     roots = tuple(roots)
     known: dict[Expr, bool] = {}
     of_time: dict[Expr, bool] = {}
@@ -84,27 +84,27 @@ def pulses(roots: Iterable[Expr]) -> tuple[Expr, ...]:
 
 
 _PARTS = 64
-"""In so many parts of the span the passages of what is no line are looked for."""
+"""Number of parts of the span in which crossings of a quantity that is not linear in time are located."""
 _MOST = 100_000
-"""More corners of a table are left to the steps."""
+"""Number of corners of a table beyond which they are no breakpoints."""
 MANY = 2000
-"""More pieces than these, where they join smoothly, are left to the steps."""
+"""The same for pieces that join smoothly."""
 ULPS = 4
-"""So many numbers beside a breakpoint steps end and begin: the switch surely stands on its side there."""
+"""Spacings of numbers from a breakpoint to the ends of the steps beside it, so that each step is on one side of the switch."""
 
 
 def up_to(t: float) -> float:
-    """The end of a step that leads up to a breakpoint."""
+    """The end of the step before a breakpoint."""
     return t - ULPS * math.ulp(t)
 
 
 def on_from(t: float) -> float:
-    """The beginning of the step that leads on from there, beyond the breakpoint: below a power of two numbers are twice as close."""
+    """The beginning of the step after a breakpoint, farther off than the end before it: spacings change at powers of two."""
     return t + 4 * ULPS * math.ulp(t)
 
 
 def indistinct_times(t: float, span: Span) -> str:
-    """That numbers of that size are too far apart for the times of a span, in words; "" where they are not."""
+    """A message that the spacing of numbers near t is too coarse for the times of a span; "" if it is not."""
     apart = math.ulp(t)
     if apart < NEAR_TIME * (span[1] - span[0]):
         return ""
@@ -112,13 +112,13 @@ def indistinct_times(t: float, span: Span) -> str:
 
 
 def next_end(breakpoints: Sequence[float], t: float, end: float) -> float:
-    """Where steps from t on end: just before the next of the breakpoints, which are in order, else at the `end`."""
+    """The end of steps from t on: just before the next of the sorted breakpoints, else the `end`."""
     k = bisect_right(breakpoints, t)
     return up_to(breakpoints[k]) if k < len(breakpoints) and breakpoints[k] < end else end
 
 
 def stretch(breakpoints: Sequence[float], t: float, end: float) -> Span:
-    """Where steps from t on begin and end, as `next_end`: beyond a breakpoint before which there is no room for one."""
+    """The beginning and end of steps from t on; skips breakpoints that leave no room for a step before them."""
     until = next_end(breakpoints, t, end)
     while until <= on_from(t) and on_from(until) < end:
         t = on_from(until)
@@ -127,9 +127,9 @@ def stretch(breakpoints: Sequence[float], t: float, end: float) -> Span:
 
 
 class Discontinuity(NamedTuple):
-    """What jumps or bends where a `quantity` comes to a level, an end of the pieces of `data`: not at more than `most` of them.
+    """A jump or bend where a `quantity` reaches an end of a piece of `data`; none is reported if there are more than `most`.
 
-    The quantity is of time and parameters, its `slope` of parameters; None stands for one that changes with time.
+    `quantity` depends on time and parameters; its time derivative `slope` on parameters, or is None if it changes with time.
     """
 
     quantity: Expr
@@ -138,7 +138,7 @@ class Discontinuity(NamedTuple):
     most: int
 
     def levels(self, low: float, high: float) -> Array:
-        """Those from `low` to `high`."""
+        """The ends of pieces from `low` to `high`."""
         ends = self.data.ends
         if not math.isfinite(high - low):
             return ends[:0]
@@ -152,7 +152,7 @@ class Discontinuity(NamedTuple):
         return within if len(within) <= self.most else ends[:0]
 
     def times(self, parameters: Mapping[Expr, Any], span: Span) -> list[float]:
-        """The times of a span at which it comes to them."""
+        """The times in a span at which the quantity reaches an end of a piece."""
         values: dict[Expr, Any] = {s: parameters[s] for s in free_symbols([self.quantity]) if s in parameters}
         if self.slope is None:
             return self._passed(values, span)
@@ -161,7 +161,7 @@ class Discontinuity(NamedTuple):
         return [float(t) for t in span[0] + (levels - at) / slope] if slope else []
 
     def _passed(self, values: Mapping[Expr, Any], span: Span) -> list[float]:
-        """The same by bounds along parts of the span."""
+        """The same for a quantity that is not linear in time, by bounds along parts of the span."""
 
         def of(t: Array) -> Array:
             return np.broadcast_to(np.asarray(evaluate(self.quantity, {**values, time: t}), dtype=float), t.shape)
@@ -185,30 +185,30 @@ class Discontinuity(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """What turns at times that parameters set, and terms of time in which there may be `pulses`."""
+    """The discontinuities at times that depend on parameters alone, and the terms of time that may contain `pulses`."""
 
     turning: tuple[Discontinuity, ...] = ()
     pulses: tuple[Expr, ...] = ()
 
     def breakpoints(self, parameters: Mapping[Expr, Any], span: Span) -> tuple[float, ...]:
-        """The times within a span at which something turns, or a pulse comes and goes, in order."""
+        """The times in a span of discontinuities and of beginnings, peaks and ends of pulses, sorted."""
         found = bumps(self.pulses, parameters, span).union(*(one.times(parameters, span) for one in self.turning))
         return tuple(sorted(t for t in found if span[0] < t < span[1]))
 
 
 def breakpoints(roots: Iterable[Expr], parameters: Mapping[Expr, Any], span: Span) -> tuple[float, ...]:
-    """The times within the span at which a switch of time and parameters alone turns, or a pulse comes and goes, in order."""
+    """The times in the span at which a switch of time and parameters alone changes, or a pulse begins, peaks or ends, sorted."""
     return clock(roots).breakpoints(parameters, span)
 
 
 def clock(roots: Iterable[Expr]) -> Clock:
-    """What of expressions is of time and parameters alone and turns, or may be a pulse."""
+    """The discontinuities and possible pulses of those parts of expressions that depend on time and parameters alone."""
     roots = tuple(roots)
     if time not in free_symbols(roots):
         return Clock()
     quantities = [switch.quantity for switch in switches(roots)]
     corners = [(q.args[0], q.op.data, _MOST) if isinstance(q.op, Piecewise) else (q, _ZERO, _MOST) for q in quantities]
-    # smooth as a table may be, some derivative jumps, which a step's estimate would have to see
+    # however smooth a table is, some derivative jumps, which the error estimate would have to detect
     joints = [(e.args[0], e.op.data, MANY) for e in postorder(roots) if isinstance(e.op, Piecewise)]
     turning: dict[Any, Discontinuity] = {}
     for quantity, data, most in (*corners, *joints):
@@ -218,7 +218,7 @@ def clock(roots: Iterable[Expr]) -> Clock:
 
 
 _ZERO = Data(np.zeros(1), np.zeros(2), np.zeros((2, 1)))
-"""What turns at zero."""
+"""The data of a switch at zero."""
 
 
 def _turning(quantity: Expr, data: Data, most: int) -> Discontinuity:
@@ -227,7 +227,7 @@ def _turning(quantity: Expr, data: Data, most: int) -> Discontinuity:
 
 
 def known_beforehand(roots: Iterable[Expr]) -> dict[Expr, bool]:
-    """Whether expressions, and what they are made of, parts first, are of time and parameters alone."""
+    """For each node of expressions, arguments first, whether it depends on time and parameters alone."""
     known: dict[Expr, bool] = {}
     for e in postorder(roots):
         known[e] = isinstance(e, Time | Parameter) if isinstance(e, Symbol) else all(known[a] for a in e.args)
@@ -235,5 +235,5 @@ def known_beforehand(roots: Iterable[Expr]) -> dict[Expr, bool]:
 
 
 def is_timed(quantity: Expr) -> bool:
-    """Whether it is of time and parameters alone, so that it turns at times that are known beforehand, at which steps end."""
+    """Whether a quantity depends on time and parameters alone, so that its switching times, where steps end, are known beforehand."""
     return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Inputs that follow from time and state: expressions, functions of Python, and controllers whose values are held for a period.
+"""Inputs as expressions, as Python functions of time and state, and as sampled controllers with zero-order hold.
 
-Expressions are data, which machine code evaluates and differentiates itself. Their routines take numbers at run time, so that laws
-which differ in numbers alone share what is compiled.
+Expressions are evaluated and differentiated in machine code. Their routines take numbers at run time, so that laws that differ only
+in numbers share compiled code.
 
-Of functions f(t, x) and controllers x is the state (q, u, a), in the order of `eom.state`: coordinates, speeds, further states. One
-function may give several inputs.
+The x of functions f(t, x) and of controllers is the state (q, u, a), in the order of `eom.state`: coordinates, speeds, further
+states. One function may return several inputs.
 """
 
 import copy
@@ -43,10 +43,10 @@ CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", 
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """An expression of time and of parameters, which have `values`: called with a time it gives its value.
+    """An expression of time and of parameters with given `values`, called with a time.
 
-    Where it holds symbols of the `state` too, it is called with a time and (q, u). `written` is the same with symbols for
-    parameters that the model does not hold, `gains` are the numbers of these in `expr`.
+    If it contains symbols of the `state`, it is called with a time and (q, u). `written` is the expression with symbols for the
+    parameters that the model does not contain, `gains` are the values of these, which `expr` contains as numbers.
     """
 
     expr: Expr
@@ -57,11 +57,11 @@ class Formula:
 
     @property
     def whole(self) -> Expr:
-        """The expression of all its parameters."""
+        """The expression with symbols for all its parameters."""
         return self.expr if self.written is None else self.written
 
     def __call__(self, t: Any, x: Any = ()) -> float:
-        """The value at time t, and state x."""
+        """The value at time t and state x."""
         at = dict(zip(self.state, x, strict=bool(self.state)))
         return float(self._walk({**self.values, **at, time: t})[0])
 
@@ -83,7 +83,7 @@ class Formula:
         return bool(self.state)
 
     def derivative(self, order: int = 1) -> "Formula":
-        """The nth derivative by time."""
+        """The nth derivative with respect to time."""
         expr, whole = self.expr, self.written
         for _ in range(order):
             expr = tangent(expr, by_time)
@@ -101,12 +101,12 @@ class Formula:
 
 
 def by_time(leaf: Expr) -> Expr:
-    """The derivative of a leaf by time, of which everything else is free."""
+    """The derivative of a symbol with respect to time, on which no other symbol depends."""
     return ONE if isinstance(leaf, Time) else ZERO
 
 
 def turning_laws(drives: Iterable[Any]) -> tuple[Expr, ...]:
-    """The inputs that are expressions of the state with switches in them."""
+    """The inputs that are expressions of the state with switches."""
     laws = (f.expr for f in drives if isinstance(f, Formula) and f.of_state)
     return tuple(e for e in laws if switches([e]))
 
@@ -118,12 +118,12 @@ def formula(
     state: tuple[Symbol, ...] = (),
     gains: Mapping[Expr, float] = MappingProxyType({}),
 ) -> Formula:
-    """The value of the input `name`; symbols of the `state` (q, u) and parameters with values of its own, `gains`, may be in it.
+    """The input `name` as a formula, which may contain symbols of the `state` (q, u) and parameters with values of its own, `gains`.
 
     Raises
     ------
     SimulationError
-        if it holds something else than time, the state, and parameters of the model
+        if it contains anything but time, the state, and parameters of the model
     """
     written, expr = expr, substituted(expr, {s: constant(v) for s, v in gains.items()})
     own = set(state)
@@ -141,7 +141,7 @@ def formula(
 
 
 def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Expr, float]:
-    """The values of parameters that the model does not hold."""
+    """The values of the parameters in an expression that the model does not contain."""
     own = set(eom.parameters)
     foreign = [s for s in free_symbols([expr]) if isinstance(s, Parameter) and s not in own]
     numbers = {s: parameters.get(s, s.default) for s in foreign}
@@ -149,24 +149,24 @@ def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Ex
 
 
 def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, Expr]:
-    """The numbers of parameters that stand in inputs alone."""
+    """The numbers for parameters that occur in inputs alone."""
     return {s: constant(v) for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
 
 
 def given_parameters(given: Any) -> dict[Expr, Any]:
-    """The values given for parameters by symbol: those that stand in inputs alone are not the model's."""
+    """The values given for parameters, by symbol: also for those that occur in inputs alone, not in the model."""
     return {s: v for s, v in given.items() if isinstance(s, Parameter)} if isinstance(given, Mapping) else {}
 
 
 _ADD, _SUB, _MUL, _DIV, _NEG = (OPS[name] for name in ("add", "sub", "mul", "div", "neg"))
 _KEPT = {OPS["pow"]: 1, OPS["regular"]: 1}
-"""Operations of which one argument says what they are, where it is a number: an exponent."""
+"""Operations with an argument, given by its index, that stays a number: an exponent."""
 
 Signed = tuple[Expr, int]
 
 
 class Number(Parameter):
-    """The value of a number of a law; `place` counts them."""
+    """The symbol for a number in a law; `place` is its position among these."""
 
     __slots__ = ()
     place: int
@@ -177,21 +177,21 @@ def _number(place: int) -> Number:
 
 
 class SharedLaw(NamedTuple):
-    """Inputs as expressions with a `Number` in the place of each number, and the values of these."""
+    """Inputs as expressions with a `Number` in place of each number, and the values of these."""
 
     values: tuple[Expr, ...]
     numbers: tuple[float, ...]
 
     def parameters(self, p: Array) -> Array:
-        """What its routines take as p: the parameters of the equations, then the numbers."""
+        """The array p for its routines: the parameters of the equations, then the numbers."""
         return np.append(p, self.numbers)
 
 
 def law(values: Sequence[Expr]) -> SharedLaw:
-    """Expressions without their numbers: the same ones whatever these are, and their signs; those of the first ones come first.
+    """Expressions with a symbol for each number, identical whatever the numbers and their signs; those of the first come first.
 
-    Signs go into numbers, and numbers are counted in an order of the terms that does not depend on them, as the order of the
-    arguments of sums and products does.
+    Numbers absorb signs, and are counted in an order of the terms that does not depend on them, as the order of the arguments of sums
+    and products does.
     """
     shapes: dict[Expr, tuple[int, bool]] = {}
     made: dict[Signed, Expr] = {}
@@ -228,7 +228,7 @@ def law(values: Sequence[Expr]) -> SharedLaw:
 
 
 def _shape(node: Expr, shapes: dict[Expr, tuple[int, bool]]) -> tuple[int, bool]:
-    """What a node is but for numbers and signs, as an integer, and whether some number of it can take over a sign."""
+    """A hash of a node without its numbers and signs, and whether one of its numbers can absorb a sign."""
     args, op = [shapes[a] for a in node.args], node.op
     if op is CONST:
         return 0, True
@@ -246,7 +246,7 @@ def _shape(node: Expr, shapes: dict[Expr, tuple[int, bool]]) -> tuple[int, bool]
 
 
 def _signs(node: Expr, sign: int, shapes: dict[Expr, tuple[int, bool]]) -> tuple[list[int], int]:
-    """The signs that the arguments of a node take over from `sign`, and what is left of it for the whole."""
+    """The signs that the arguments of a node absorb from `sign`, and the sign that remains for the node itself."""
     op = node.op
     if op is _NEG:
         return [-sign], 1
@@ -267,7 +267,7 @@ def driving(eom: Equations, *values: Expr) -> Bundle[tuple[Array, ...]]:
 
 
 def law_ports(eom: Equations, values: Sequence[Expr]) -> tuple[Port, ...]:
-    """t, x, p and r of routines that hold a law, with its numbers behind the parameters."""
+    """The ports t, x, p and r of routines that contain a law; its numbers follow the parameters in p."""
     t, x, p, r = ports(eom.derived)
     last = max((s.place for s in free_symbols(values) if isinstance(s, Number)), default=0)
     numbers = [_number(place) for place in range(1, last + 1)]
@@ -275,7 +275,7 @@ def law_ports(eom: Equations, values: Sequence[Expr]) -> tuple[Port, ...]:
 
 
 def parts(*parts: Array) -> tuple[Array, ...]:
-    """What a bundle of several arrays gives: these."""
+    """The result of a bundle with several arrays: a tuple of these."""
     return parts
 
 
@@ -283,12 +283,12 @@ def parts(*parts: Array) -> tuple[Array, ...]:
 
 
 _MOST = 10_000_000
-"""Periods of a controller in a motion."""
+"""Largest number of periods of a controller in a motion."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampled:
-    """A controller f(t, x) asked every `period` (s) from the start of a motion on; its values are held between. See `sampled`."""
+    """A controller f(t, x) called every `period` (s) from the start of a motion on; its values are held in between. See `sampled`."""
 
     function: Callable[..., Any]
     period: float
@@ -330,7 +330,7 @@ def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -
 
 
 def copied(controller: Sampled, names: tuple[str, ...]) -> Any:
-    """The state of a controller of the inputs `names` at the start of a motion, which none of other motions changes."""
+    """A copy of the state of a controller of the inputs `names`, which a motion may change without effect on others."""
     try:
         return copy.deepcopy(controller.state)
     except Exception as error:
@@ -342,7 +342,7 @@ def copied(controller: Sampled, names: tuple[str, ...]) -> Any:
 
 @dataclass(slots=True, eq=False)
 class SampleAndHold:
-    """A sampled controller of the inputs `names` in one motion: what it gave, and when."""
+    """A sampled controller of the inputs `names` in one motion, with its sampling times and values so far."""
 
     controller: Sampled
     names: tuple[str, ...]
@@ -352,7 +352,7 @@ class SampleAndHold:
     values: list[Array] = field(default_factory=list)
 
     def due(self, t: float, x: Array) -> bool:
-        """Ask the controller, if its time has come; says whether it has."""
+        """Call the controller if its next sampling time has come; returns whether it has."""
         k = len(self.times)
         at = self.start + k * self.controller.period
         if t < up_to(at) and k:
@@ -377,7 +377,7 @@ class SampleAndHold:
         return True
 
     def instants(self, end: float) -> list[float]:
-        """When it is asked after the start."""
+        """The sampling times after the start, up to the first one beyond `end`."""
         count = int((end - self.start) / self.controller.period) + 1
         if count > _MOST:
             raise SimulationError(
@@ -388,7 +388,7 @@ class SampleAndHold:
 
 
 def _lost(state: Any) -> bool:
-    """Whether there is NaN among the numbers of a controller's state; what is none says nothing."""
+    """Whether a controller's state contains NaN; False if it is not numeric."""
     try:
         return bool(np.isnan(np.asarray(state, dtype=float)).any())
     except (TypeError, ValueError):
@@ -405,14 +405,14 @@ class HeldInput:
     def __call__(self, t: Any) -> float:
         """The value held at time t."""
         times = self.group.times
-        t = on_from(float(t))  # at the instant itself, what holds from there on
+        t = on_from(float(t))  # at a sampling time, the value from there on
         if t >= times[-1]:
             return float(self.group.values[-1][self.place])
         return float(self.group.values[max(bisect_right(times, t) - 1, 0)][self.place])
 
     @property
     def now(self) -> float:
-        """The value that was given last."""
+        """The latest value."""
         return float(self.group.values[-1][self.place])
 
     def along(self, t: Array, states: Array) -> Array:
@@ -423,7 +423,7 @@ class HeldInput:
 
 
 class ControlLaw:
-    """A function f(t, x) that gives the inputs `names`; asked once a state."""
+    """A function f(t, x) that returns the inputs `names`; called once per state, as the latest values are cached."""
 
     __slots__ = ("_last", "function", "names")
 
@@ -439,9 +439,9 @@ class ControlLaw:
         return self._last[1]
 
     def at(self, t: float, x: Array) -> Sequence[float]:
-        """The same, asked for now."""
+        """The same, always by a call."""
         answer = asked(self.function, (t, x.copy()), self.names)
-        if type(answer) is float and isfinite(answer) and len(self.names) == 1:  # in little time
+        if type(answer) is float and isfinite(answer) and len(self.names) == 1:  # a fast path
             return (answer,)
         return numbers(answer, self.names, t).tolist()  # type: ignore[no-any-return]
 
@@ -460,12 +460,12 @@ class LawInput:
 
 
 def value(drive: Any, t: float, x: Array) -> float:
-    """An input at a time and state, whatever it depends on."""
+    """The value of an input at a time and state, whatever it depends on."""
     return float(drive(t, x) if getattr(drive, "of_state", False) else drive(t))
 
 
 def values(drives: Sequence[Any], t: Any, x: Array) -> Array:
-    """Inputs (m) at a time and state; (n × m) at times (n) and states (n × (q, u, a)), at all of them at once where it can be."""
+    """Inputs (m) at a time and state; (n × m) at times (n) and states (n × (q, u, a)), in array operations where possible."""
     if x.ndim == 1:
         return np.array([value(f, t, x) for f in drives])
     result, asked_one_by_one = np.empty((len(t), len(drives))), list[int]()
@@ -485,12 +485,12 @@ def along(drive: Any, t: Array, states: Array) -> Array:
 
 
 def controllers(drives: Sequence[Any]) -> list[SampleAndHold]:
-    """The sampled controllers among some inputs, each once."""
+    """The sampled controllers among some inputs, without repetition."""
     return list(dict.fromkeys(f.group for f in drives if isinstance(f, HeldInput)))
 
 
 def asked(function: Callable[..., Any], arguments: tuple[Any, ...], names: tuple[str, ...]) -> Any:
-    """What a function of the user's returns; what goes wrong in it is said as such."""
+    """The result of a function of the user; an exception in it becomes a SimulationError that names the inputs and the time."""
     heed()
     try:
         return function(*arguments)
@@ -505,7 +505,7 @@ def asked(function: Callable[..., Any], arguments: tuple[Any, ...], names: tuple
 
 
 def numbers(answer: Any, names: tuple[str, ...], t: float) -> Array:
-    """A finite number for each of the inputs."""
+    """A finite number for each of the inputs; raises a SimulationError if `answer` is anything else."""
     who = f"from the function of the state for {', '.join(names)}"
     found = expect.floats(
         answer,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Inputs as functions of time, with the derivatives that prescribed motion needs, and the check that they are smooth."""
+"""Inputs as functions of time, with the derivatives that prescribed motions need, and the check that these are smooth."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -108,10 +108,10 @@ def input_functions(
     span: tuple[float, float],
     parameters: Mapping[Expr, Any] | None = None,
 ) -> dict[Expr, Function]:
-    """A function of time for each input and for the derivatives of those that move something, in the order of `eom.inputs`.
+    """A function of time for each input and for the derivatives of those that prescribe a motion, in the order of `eom.inputs`.
 
-    An expression takes `parameters`, or their defaults. An input must have a value, and derivatives of its own if it moves
-    something, which those of expressions are; a prescribed motion must not jump.
+    Expressions take `parameters`, or their defaults, and are differentiated; other functions must bring the derivatives, if they
+    prescribe a motion. Raises an error if an input or a derivative is missing, or if a prescribed motion jumps.
     """
     values = named_values("inputs", eom.inputs, _each(eom, inputs, span[0]))
     own = [s for s in eom.inputs if isinstance(s, Input)]
@@ -143,7 +143,7 @@ def input_functions(
 
 
 def _each(eom: Equations, inputs: Any, start: float) -> dict[Any, Any]:
-    """Inputs that have one function together, one by one: the functions of the state, f(t, x), and sampled controllers."""
+    """Inputs one by one, from keys of several inputs with one function of the state, f(t, x), or one sampled controller."""
     result: dict[Any, Any] = {}
     for key, given in (inputs if isinstance(inputs, Mapping) else named_values("inputs", eom.inputs, inputs)).items():
         keys = key if isinstance(key, tuple) else (key,)
@@ -169,18 +169,18 @@ def _each(eom: Equations, inputs: Any, start: float) -> dict[Any, Any]:
 
 
 def _takes_state(given: Any) -> bool:
-    """Whether it is a function of time and state, f(t, x)."""
+    """Whether `given` is a function of time and state, f(t, x)."""
     if not callable(given) or isinstance(given, Signal | Table | Formula | LawInput):
         return False
     try:
         wanted = [p for p in signature_of(given).parameters.values() if p.default is p.empty and p.kind in _PLACED]
-    except (TypeError, ValueError):  # what is built in does not tell
+    except (TypeError, ValueError):  # built-in functions have no signature
         return False
     return len(wanted) == 2
 
 
 def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
-    """A signal has values from its first point to its last."""
+    """Check that a signal has values over the whole span."""
     for one in value if isinstance(value, tuple) else (value,):
         if not isinstance(one, Signal):
             continue
@@ -193,7 +193,7 @@ def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
 
 
 def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
-    """The value as a function, and its derivatives up to `order`."""
+    """The value of an input as a function, and its derivatives up to `order`."""
     value = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
         if any(isinstance(v, Expr) for v in np.ravel(np.asarray(value, dtype=object))):
@@ -242,7 +242,7 @@ def _function(name: str, value: Any) -> Function:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asked:
-    """The user's own function of time for the input `name`: what goes wrong in it is said as such."""
+    """The user's own function of time for the input `name`; an exception in it becomes a SimulationError that names the input."""
 
     name: str
     function: Function
@@ -268,10 +268,10 @@ class Asked:
 
 
 def _check_signature(name: str, function: Function) -> None:
-    """A function of the time alone."""
+    """Check that a function takes the time alone."""
     try:
         takes = signature_of(function)
-    except (TypeError, ValueError):  # what is built in does not tell
+    except (TypeError, ValueError):  # built-in functions have no signature
         return
     try:
         takes.bind(0.0)
@@ -287,24 +287,24 @@ def _constant(value: float, t: Any) -> float:
 
 
 def a_constant(value: float) -> Function:
-    """An input that is a number."""
+    """An input that is a number, as a function."""
     return partial(_constant, value)
 
 
 def constant(f: Function) -> float | None:
-    """The value of an input that was given as a number; None of a function of time."""
+    """The value of an input that was given as a number; None for a function of time."""
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
 
 
 def law_and(drives: Sequence[Any], inputs: Sequence[Expr], more: Sequence[Expr]) -> SharedLaw:
-    """The inputs, those of Python standing for themselves, and `more` behind them, without their numbers."""
+    """The `SharedLaw` of the inputs followed by `more`; an input that is computed in Python is represented by its own symbol."""
     return law([*_written(drives, inputs), *more])
 
 
 def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> SharedLaw | None:
-    """The inputs without their numbers, where all are numbers or expressions; those held between two steps stand for themselves.
+    """The `SharedLaw` of the inputs, if all are numbers, expressions, or values held between steps; else None.
 
-    With `functions` those of Python do so too.
+    Held values are represented by their symbols; with `functions`, Python functions too.
     """
     if asked(drives) and not functions:
         return None
@@ -317,12 +317,12 @@ def _written(drives: Sequence[Any], inputs: Sequence[Expr]) -> list[Expr]:
 
 
 def asked(drives: Sequence[Any]) -> bool:
-    """Whether an input is a function of Python's, of time or of time and state."""
+    """Whether an input is a Python function, of time or of time and state."""
     return any(constant(f) is None and not isinstance(f, Formula | HeldInput) for f in drives)
 
 
 def following(drives: Sequence[Any]) -> bool:
-    """Whether an input follows from the state, as an expression or a function f(t, x)."""
+    """Whether an input depends on the state, as an expression or a function f(t, x)."""
     return any(getattr(f, "of_state", False) for f in drives)
 
 
@@ -333,14 +333,14 @@ def follows(drives: Sequence[Any]) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """The values of an input at the samples of a motion: what a file or a pickle keeps of its function."""
+    """The values of an input at the samples of a motion, which replace its function in a file or a pickle."""
 
     name: str
     t: Array
     values: Array
 
     def __call__(self, t: Any) -> Any:
-        """The value at a sample's time."""
+        """The value at the time of a sample."""
         k = np.searchsorted(self.t, t)
         if k < len(self.t) and self.t[k] == t:
             return self.values[k]
@@ -351,19 +351,19 @@ class Recorded:
 
 
 def recorded(name: str, function: Callable[[Any], Any], t: Array, states: Array) -> Callable[[Any], Any]:
-    """An input as it is kept: a number as such, of a function its values at samples."""
+    """An input as it is saved: a number unchanged, a function by its values at the samples."""
     return function if constant(function) is not None else Recorded(name, t, along(function, t, states))
 
 
 _PLACES = 1025
-"""At so many times of a span a function is asked: what is shorter between two of them is not seen."""
+"""Number of times in a span at which a function is called: a feature between two of them is not detected."""
 _MOST = 4
 _TORN = 1e-3
 """Share of its range by which a function changes within rounding of a time where it jumps."""
 
 
 def warn_of_jumps(drives: Iterable[Any], span: tuple[float, float], breakpoints: Sequence[float]) -> None:
-    """Warn of jumps of the user's functions of time, each function's first ones."""
+    """Warn of jumps of the user's functions of time that are not at breakpoints, the largest ones of each function."""
     for f in drives:
         if isinstance(f, Asked):
             near = NEAR_TIME * (span[1] - span[0])
@@ -377,13 +377,13 @@ def warn_of_jumps(drives: Iterable[Any], span: tuple[float, float], breakpoints:
 
 
 def jumps(f: Asked, span: tuple[float, float]) -> list[float]:
-    """The times of the largest jumps, in order."""
+    """The times of the largest jumps of a function, sorted."""
     times = np.linspace(*span, _PLACES)
     values = np.array([f(float(t)) for t in times])
     reach = float(np.ptp(values)) if np.isfinite(values).all() else 0.0
     changes = np.diff(values)
     beside = np.pad(changes, 1, mode="edge")
-    sudden = np.abs(changes - (beside[:-2] + beside[2:]) / 2)  # a slope changes as much beside
+    sudden = np.abs(changes - (beside[:-2] + beside[2:]) / 2)  # a slope changes as much in neighbours
     found = []
     for k in np.argsort(sudden)[::-1][:_MOST] if reach else ():
         (a, b), (p, q) = times[k : k + 2].tolist(), values[k : k + 2].tolist()

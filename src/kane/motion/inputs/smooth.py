@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether what prescribes a motion is smooth: functions of time must not jump, and their derivatives must be their own.
+"""The check that prescribed motions are smooth: functions of time must not jump, and given derivatives must be theirs.
 
-A function is compared with the integral of its derivative by Simpson's rule, all parts of the span at once. What rounding alone may
-make of an expression is no jump: over a short span a ramp is a difference of terms that cancel.
+The change of a function is compared with the integral of its derivative by Simpson's rule, in all parts of the span at once. What the
+rounding error of an expression explains is no jump: over a short span a ramp is a difference of terms that cancel.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -35,38 +35,38 @@ _BISECTIONS = 40
 _OWN = 0.01
 """Share of its range by which a function may differ from the integral of its derivative over the span."""
 _SAFE = 4.0
-"""So many times the bound on its rounding a value may be off: the bound is of first order."""
+"""Factor of the bound on the rounding error, which is of first order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UserFunction:
-    """A function of the user: of its rounding nothing is known."""
+    """A function of the user, without a known rounding error."""
 
     function: Callable[..., Any]
 
     def at(self, times: Array) -> Array:
-        """The values at times (m)."""
+        """The values (m) at times (m)."""
         return np.array([float(self.function(float(t))) for t in times])
 
     def rounding(self, t: float) -> float:
-        """How far the value at t may be off."""
+        """A bound on the rounding error of the value at t."""
         return 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class TimeExpression:
-    """An expression of time and of parameters, which have `values`."""
+    """An expression of time and of parameters with given `values`."""
 
     expr: Expr
     values: Mapping[Expr, Any]
 
     def at(self, times: Array) -> Array:
-        """The values at times (m)."""
+        """The values (m) at times (m)."""
         found = evaluate(self.expr, {**self.values, time: times})
         return np.broadcast_to(np.asarray(found, dtype=float), times.shape)
 
     def rounding(self, t: float) -> float:
-        """How far the value at t may be off."""
+        """A bound on the rounding error of the value at t."""
         code, numbers = self._code
         ((_, error),) = rounding(code, (t, *numbers))
         return error * EPS / 2 if np.isfinite(error) else 0.0
@@ -82,24 +82,24 @@ Curve = UserFunction | TimeExpression
 
 
 def curve(f: Any) -> Curve:
-    """An input's function, at many times."""
+    """An input's function in a form that is evaluated at arrays of times."""
     return TimeExpression(f.expr, f.values) if isinstance(f, Formula) and not f.of_state else UserFunction(f)
 
 
 def check_smooth(what: str, f: Any, slope: Any, span: tuple[float, float]) -> None:
-    """`slope` must be the derivative of `f` over the span: no jump, no other function's derivative."""
+    """Check that `f` has no jump over the span and `slope` is its derivative; raises a SimulationError otherwise."""
     below, above = curve(f), curve(slope)
     places = grid(span)
     _check(lambda: what, (below, below.at(places[::2])), (above, above.at(places)), places)
 
 
 def grid(span: tuple[float, float]) -> Array:
-    """The ends of the parts of a span, and their middles; what turns at an end of the span itself counts as it is within."""
+    """The ends and midpoints of the parts of a span, just inside it, so that a switch at its end counts by its inner side."""
     return np.linspace(on_from(span[0]), up_to(span[1]), 2 * _PARTS + 1)
 
 
 def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, Array], places: Array) -> None:
-    """The same of curves with their values at the ends of parts, and at the middles, too."""
+    """`check_smooth` of curves with their values: of f at the ends of parts, of the slope also at the midpoints."""
     (below, values), (above, slopes) = f, slope
     times, length = places[::2], float(places[-1] - places[0])
     finite = np.isfinite(values) & np.isfinite(slopes[::2])
@@ -130,7 +130,7 @@ def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, 
 
 
 def _gaps(values: Array, slopes: Array, lengths: Array) -> Array:
-    """What the function's changes differ by from the integrals of its derivative, part by part."""
+    """The absolute difference between the change of the function and the integral of its derivative in each part."""
     means = (slopes[:-1:2] + 4 * slopes[1::2] + slopes[2::2]) / 6
     whole: Array = np.abs(np.diff(values) - lengths * means)
     return whole
@@ -142,12 +142,12 @@ def _gap(f: Curve, slope: Curve, a: float, b: float) -> float:
 
 
 def _noise(f: Curve, slope: Curve, a: float, b: float) -> float:
-    """What rounding may leave of the difference over a part."""
+    """A bound on the rounding error of the difference in a part."""
     return _SAFE * sum(f.rounding(t) + (b - a) * slope.rounding(t) for t in (a, b))
 
 
 def _closer(f: Curve, slope: Curve, a: float, b: float) -> tuple[float, float]:
-    """The vanishing interval at which the difference stays, if it does."""
+    """The tiny interval in which the difference is largest, by bisection."""
     for _ in range(_BISECTIONS):
         middle = (a + b) / 2
         a, b = (a, middle) if _gap(f, slope, a, middle) >= _gap(f, slope, middle, b) else (middle, b)
@@ -155,10 +155,10 @@ def _closer(f: Curve, slope: Curve, a: float, b: float) -> tuple[float, float]:
 
 
 def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple[float, float]) -> None:
-    """Piecewise functions of time in positions, orientations and configuration constraints must be C¹."""
+    """Check that piecewise functions of time in positions, orientations and configuration constraints are C¹."""
     roots = _prescribing(eom)
     for node, error in _torn(pieces_prescribed(eom), parameters, span):
-        # it may be smooth in what it stands in
+        # the expression that contains it may be smooth
         if any(True for _ in _torn(_around(node, roots), parameters, span)):
             raise error
 
@@ -176,7 +176,7 @@ def _prescribing(eom: Equations) -> tuple[Expr, ...]:
 def _torn(
     pieces: Sequence[Expr], parameters: Mapping[Expr, Any], span: tuple[float, float]
 ) -> Iterator[tuple[Expr, SimulationError]]:
-    """Those that are not C¹, and what is said of it."""
+    """The pieces that are not C¹, each with the error that says so."""
     if not pieces:
         return
     slope = partial(tangent, seeds=by_time, memo={})
@@ -184,7 +184,7 @@ def _torn(
     flat = [e for row in levels for e in row]
     known: dict[Expr, Any] = {s: parameters[s] for s in free_symbols(flat) if s in parameters}
     places = grid(span)
-    values = iter(evaluate(flat, {**known, time: places}))  # all of them at once: what they share is computed once
+    values = iter(evaluate(flat, {**known, time: places}))  # together: common subexpressions are evaluated once
     for row in levels:
         curves = [(TimeExpression(e, known), next(values)) for e in row]
         try:
@@ -207,7 +207,7 @@ def _pieces(roots: Iterable[Expr]) -> list[Expr]:
 
 
 def _around(node: Expr, roots: Sequence[Expr]) -> list[Expr]:
-    """The largest functions of time and parameters alone that hold a node: max(0, t)² is smooth, though max(0, t) bends."""
+    """The largest functions of time and parameters alone that contain a node: max(0, t)² is smooth, though max(0, t) bends."""
     known = known_beforehand(roots)
     holds: dict[Expr, bool] = {}
     largest: dict[Expr, None] = {}

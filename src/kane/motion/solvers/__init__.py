@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Solvers of SciPy and SUNDIALS."""
+"""Integrators of SciPy and SUNDIALS, stepped from Python."""

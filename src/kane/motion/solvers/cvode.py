@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""CVODE of SUNDIALS (the extra `stiff`) as one of the solvers that step a motion from Python.
+"""CVODE of SUNDIALS (the extra `stiff`), with the interface of SciPy's solvers.
 
-Backward differentiation of order 1 to 5 with variable steps: Hindmarsh, A. C. and others (2005), SUNDIALS: suite of nonlinear and
-differential/algebraic equation solvers, ACM TOMS 31, 363–396, sec. 2. It is given the exact J, of large sparse systems by its
-entries alone.
+Backward differentiation formulas of order 1 to 5 with variable steps: Hindmarsh, A. C. and others (2005), SUNDIALS: suite of
+nonlinear and differential/algebraic equation solvers, ACM TOMS 31, 363–396, sec. 2. The Jacobian J is exact; for large sparse systems
+only its nonzero entries are passed.
 """
 
 import warnings
@@ -19,7 +19,7 @@ from kane.numeric.arrays import Array, Mask
 def initial_step(
     rate: Callable[[float, Array], Array], tolerances: tuple[float, float], t: float, y: Array, end: float
 ) -> float:
-    """Its length, up to `end`, for a method of order 2; `tolerances` are the relative one and the absolute one."""
+    """The length of the first step, up to `end`, for a method of order 2; `tolerances` are the relative and the absolute one."""
     rtol, atol = tolerances
     scale, now = atol + np.abs(y) * rtol, rate(t, y)
     size, speed = np.abs(y / scale).max(), np.abs(now / scale).max()
@@ -31,19 +31,19 @@ def initial_step(
 
 
 CVODE = "cvode"
-"""The name that `simulate` takes."""
+"""The name of the method in `simulate`."""
 _ORDER = 5
 _SHARES = (1 - np.cos(np.pi * np.arange(_ORDER + 1) / _ORDER)) / 2
-"""Where along a step its polynomial is read off; the last one is the end, from which the solver then goes on."""
+"""Shares of a step at which its polynomial is evaluated; the last one is the end, from which the solver continues."""
 _POWERS = np.linalg.inv(np.vander(_SHARES, increasing=True))
 _LARGE, _SPARSE = 500, 0.05
-"""States from which on, and share of entries up to which, J is given by its entries; smaller matrices are factored faster whole."""
+"""Number of states from which on, and density up to which, J is sparse; smaller matrices are factorized faster as dense ones."""
 _LEAST = 4
-"""Spacings of numbers near t below which a step is none."""
+"""Spacings of numbers near t below which a step counts as none."""
 
 
 def check_installed() -> None:
-    """The package is there.
+    """Check that the package is installed.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def check_installed() -> None:
 
 
 class Polynomial:
-    """The states along a step: `polynomial(t)`, n at a time, n × k at k times."""
+    """The interpolant of a step: `polynomial(t)` is the state (n) at a time, or the states (n × k) at k times."""
 
     __slots__ = ("_coefficients", "_length", "_start")
 
@@ -69,15 +69,15 @@ class Polynomial:
         self._coefficients = _POWERS @ states
 
     def __call__(self, t: Any) -> Array:
-        """The states there."""
+        """The states at t."""
         theta = (np.asarray(t, dtype=float) - self._start) / self._length
         return np.asarray(np.polynomial.polynomial.polyval(theta, self._coefficients), dtype=np.float64)
 
 
 class CvodeSolver:
-    """CVODE between t and t_bound, with the attributes and methods of SciPy's solvers that a motion asks for.
+    """CVODE between t and t_bound, with the attributes and methods of SciPy's solvers that a motion uses.
 
-    `pattern` (n × n) says which entries of J are not zero; without it all may be.
+    `pattern` (n × n) marks the entries of J that may be nonzero; without it all may be.
     """
 
     def __init__(
@@ -107,13 +107,13 @@ class CvodeSolver:
             found = jac(float(t), np.array(y))
             out[:] = found if at is None else found[at]
 
-        # its own first step is so short that what begins at an event would not leave it
+        # CVODE's own first step is too short to leave the threshold of an event at the start
         first = first_step or min(initial_step(fun, (rtol, atol), t0, self.y, t_bound), max_step)
         self.nfev += 2
-        at = _sparse_entries(pattern)  # by columns, as the solver keeps entries
+        at = _sparse_entries(pattern)  # by columns, as the solver stores entries
         sparse = {} if at is None or pattern is None else {"linsolver": "sparse", "sparsity": _whole(pattern)}
         length = {} if max_step == np.inf else {"max_step": max_step}
-        with warnings.catch_warnings():  # it says that a pattern is not used for differences
+        with warnings.catch_warnings():  # it warns that a pattern is not used for differences
             warnings.simplefilter("ignore", UserWarning)
             self._solver: Any = cvode.CVODE(
                 rates, jacfn=entries, rtol=rtol, atol=atol, first_step=first, **length, **sparse
@@ -121,10 +121,10 @@ class CvodeSolver:
         self._solver.init_step(t0, self.y)
 
     def step(self) -> str | None:
-        """One step; what went wrong, if anything."""
+        """Take one step; returns an error message if it fails, else None."""
         try:
             found = self._solver.step(self.t_bound, method="onestep", tstop=self.t_bound)
-        except SimulationError:  # of the functions that it asks, with its place
+        except SimulationError:  # from the functions that it calls, which name the place
             raise
         except RuntimeError as error:
             return self._failed(str(error))
@@ -142,20 +142,20 @@ class CvodeSolver:
         return message.rstrip(".")
 
     def dense_output(self) -> Polynomial:
-        """The states along the last step."""
+        """The interpolant of the last step."""
         times = self.t_old + _SHARES * (self.t - self.t_old)
         times[-1] = self.t
-        # it must be asked for the end last, where it goes on
+        # the end must be evaluated last: the solver continues from there
         return Polynomial(self.t_old, self.t, np.array([self._solver.step(float(t), method="normal").y for t in times]))
 
 
 def _whole(pattern: Mask) -> Mask:
-    """With the diagonal, which is in the matrix of a step."""
+    """The pattern with the diagonal, which the Newton matrix of a step contains."""
     return np.asarray(pattern | np.eye(len(pattern), dtype=bool))
 
 
 def _sparse_entries(pattern: Mask | None) -> tuple[Any, Any] | None:
-    """Rows and columns of the entries, column by column, where they are few of many."""
+    """Rows and columns of the nonzero entries, column by column; None if the matrix is small or dense."""
     if pattern is None or len(pattern) < _LARGE or _whole(pattern).mean() > _SPARSE:
         return None
     columns, rows = np.nonzero(_whole(pattern).T)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""SciPy's solvers, and SUNDIALS', as what steps a course: a step at a time, and on from the state on its constraints."""
+"""Integrators of SciPy and SUNDIALS as solvers of a motion (`course.Solver`): single steps, continued from the projected state."""
 
 import warnings
 from typing import Any
@@ -19,23 +19,23 @@ from kane.numeric.arrays import Array
 from kane.numeric.polynomials import SHARES
 
 STEPPED = "DOP853"
-"""What "auto" is where a motion does not run in machine code."""
+"""The method that "auto" chooses for a motion that does not run in machine code."""
 IMPLICIT = "Radau"
-"""What leads on where equations are stiff."""
+"""The method that continues a motion whose equations are stiff."""
 _ILLEGAL = -3
-"""SciPy's code for illegal input. What it is given has been checked, so its memory is that of another motion."""
+"""SciPy's code for illegal input. As the input has been checked, the solver's memory is that of another motion."""
 _IMPLICIT = ("Radau", "BDF", "LSODA", CVODE)
-"""Those that take derivatives of the rates."""
+"""Methods that use derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
-"""Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
+"""One-step methods, which store only y and f, so that a projected state can replace theirs."""
 _DRIFT = 10.0
-"""Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
+"""Change by projection, in tolerances, at which the other solvers are restarted; their results are projected in any case."""
 _NEAR_POLE = 0.25
-"""Share of the size that a pivot of W has had below which W may have a pole nearby."""
+"""Share of the largest absolute value of a pivot of W so far below which W may have a pole nearby."""
 
 
 class SolverInPython:
-    """One of SciPy's solvers, or SUNDIALS', which steps a course from t and y; each step is looked at."""
+    """A solver of SciPy or SUNDIALS that steps a course from t and y; each step is inspected."""
 
     by_itself = False
 
@@ -50,22 +50,22 @@ class SolverInPython:
 
     @property
     def at(self) -> tuple[float, Array]:
-        """Up to when the motion is stepped, and the state there."""
+        """The time that the solver has reached, and the state there."""
         return float(self.solver.t), self.solver.y
 
     @property
     def reached(self) -> tuple[float, Array]:
-        """The last time and state that were gone on from."""
+        """The last accepted time and state."""
         states = self.course.pace.states
         return states[-1] if states else self._begun
 
     @property
     def counts(self) -> Counts:
-        """Steps that were tried, and evaluations of the right-hand side, those of solvers that were given up too."""
+        """The number of attempted steps, and of evaluations of the right-hand side, including those of replaced solvers."""
         return self.steps, self._spent + int(self.solver.nfev)
 
     def step(self, most: int) -> StepFound | str:
-        """One step, or why there is none."""
+        """Take one step; returns it, or the reason why there is none."""
         solver, stepper, pace = self.solver, self.stepper, self.course.pace
         before, last = solver.t, solver.y.copy()
         pace.note(before, last)
@@ -79,7 +79,7 @@ class SolverInPython:
         return StepFound(before, solver.t, solver.dense_output(), last, solver.y)
 
     def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
-        """Whether a step leads across a singular state, which is closed in on, or where a load switches there and back."""
+        """The verdict on a step: SHORTER if it crosses a singular state, or if a load switches and switches back in it."""
         stepper, h = self.stepper, step.end - step.t
         if (stepper.jumped(numbers) or stepper.crosses(step.dense, step.t, step.end)) and h > narrow:
             return StepVerdict(Verdict.SHORTER)
@@ -89,7 +89,7 @@ class SolverInPython:
         return StepVerdict(Verdict.TAKEN)
 
     def _leapt(self, step: StepFound) -> float | None:
-        """When a load switches there and back within the step, if it does: the step is taken again, up to there."""
+        """The time at which a load switches, if it switches back within the step, which is then repeated up to there; else None."""
         now = self.stepper.now
         if now.switches is None:
             return None
@@ -97,7 +97,7 @@ class SolverInPython:
         return leapt(now.switch, step.dense, times, now.switch_all(times, step.dense(times).T))
 
     def seen(self, step: StepFound, kept: Array) -> StepSeen:
-        """What events see of a step."""
+        """The values of the event quantities along a step."""
         now = self.stepper.now
         times = step.t + (step.end - step.t) * np.array(SHARES)
         states = step.dense(times[1:]).T
@@ -106,18 +106,18 @@ class SolverInPython:
         return StepSeen(now, times, values, self.largest, self.course.span[0])
 
     def shorten(self, step: StepFound, length: float) -> None:
-        """The step is taken again; where it was too long by what lies at its end, gently up to there."""
+        """Repeats the step with a length, or with half of it, and then approaches its end, where it failed, by short steps."""
         self._restart(step.t, step.first, length or (step.end - step.t) / 2)
         if not length:
             self.ahead = step.end
 
     def avoid(self, step: StepFound, t: float) -> None:
-        """The place at t is closed in on."""
+        """Approaches the time t by short steps."""
         self._restart(step.t, step.first, (t - step.t) / 2)
         self.ahead = t
 
     def go_on(self, step: StepFound, kept: Array, numbers: Numbers | None) -> None:
-        """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""
+        """Continues from the projected state, with other dependent speeds if necessary, by short steps before an obstacle ahead."""
         stepper, end, events, course = self.stepper, step.end, self.stepper.eom.events, self.course
         self.watched = stepper.now.watch(end, kept)
         course.fresh = still_there(course.fresh, events, self.watched - thresholds(events, self.largest))
@@ -128,7 +128,7 @@ class SolverInPython:
             self.watched = stepper.now.watch(end, kept)
             had = {e.name: x for e, x in zip(events, self.largest, strict=True)}
             self.largest = np.fmax(np.abs(self.watched), [had.get(e.name, 0.0) for e in stepper.eom.events])
-        if self.solver.status == "finished":  # at a breakpoint, beyond which rates may be others
+        if self.solver.status == "finished":  # at a breakpoint, beyond which rates may differ
             for held in controllers(stepper.now.drives):
                 held.due(on_from(end), kept[: stepper.now.width])
             self._restart(on_from(end), kept)
@@ -139,7 +139,7 @@ class SolverInPython:
             self.solver.h_abs = min(self.solver.h_abs, (self.ahead - end) / 2)
 
     def _take(self, y: Array, changed: bool) -> None:
-        """The projected state in the place of the solver's."""
+        """Replaces the solver's state by the projected one."""
         method = self.course.method
         if self.name in _ONE_STEP:
             self.solver.y = y
@@ -155,7 +155,7 @@ class SolverInPython:
         self.solver = self._made(t, y, first_step)
 
     def _made(self, t: float, y: Array, first_step: float | None = None) -> Any:
-        """The solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
+        """The solver at a state, up to just before the next breakpoint, where rates may jump."""
         from scipy import integrate
 
         method, name = self.course.method, self.name
@@ -170,7 +170,7 @@ class SolverInPython:
 
 
 def _step(solver: Any) -> str | None:
-    """One step; what went wrong, if anything."""
+    """Take one step; returns an error message if it fails, else None."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
@@ -182,6 +182,6 @@ def _step(solver: Any) -> str | None:
 
 
 def _refused(solver: Any) -> bool:
-    """Whether LSODA found its own memory to be of another motion."""
+    """Whether LSODA found that its memory belongs to another motion."""
     integrator = getattr(getattr(solver, "_lsoda_solver", None), "_integrator", None)
     return getattr(integrator, "istate", 0) == _ILLEGAL

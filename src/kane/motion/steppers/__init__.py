@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Integrators, one a file, as kernels that run a whole motion in machine code."""
+"""Integrators, one per file, as kernels that integrate a whole motion in machine code."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a motion without Python begins, and goes on where its kernel asks: as kernels, where nothing else looks after it.
+"""Kernels by which compiled programs without Python start a motion, and decide how to continue when a stepper asks about constraints.
 
-The times of the samples, tolerances, what is hoisted, quantities of events and constraints at the start. An array `told` says which
-event or constraint there is no start for, by how much the constraint is left, and its rate.
+`begin` sets the times of the samples, tolerances, hoisted values, the event quantities and the constraints at the start. Its array
+`told` receives the index of the event or constraint that prevents the start, and the residuals of that constraint and of its rate.
 """
 
 from collections.abc import Callable
@@ -16,12 +16,12 @@ from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 _OPEN = 1e-6
-"""Share of its terms up to which a constraint counts as kept."""
+"""Residual of a constraint, as a share of its terms, up to which it is satisfied."""
 _LONGEST_SPAN = 1e300
 
 
 class Begun(IntEnum):
-    """What `begin` gives. WRONG are an end, tolerances, a longest step or samples that are not above zero; OPEN is a constraint."""
+    """Results of `begin`: BEGUN; WRONG end, tolerance, longest step or sample count; OPEN constraint; an event ON_THRESHOLD."""
 
     BEGUN = 0
     WRONG = 1
@@ -30,7 +30,7 @@ class Begun(IntEnum):
 
 
 def begin_kernel(fixed: bool, watched: bool, held: bool) -> Kernel:
-    """`begin`: s has END, LONGEST, RTOL and ATOL, y the state, p and r their values; `samples` counts the start."""
+    """The kernel `begin`: s has END, LONGEST, RTOL and ATOL, y the state, p and r their values; `samples` includes the start."""
     w = Writer("begin")
     n, samples, parameters = w.number("n"), w.number("samples"), w.number("parameters")
     s, y, lag, p, r, h = (w.array(name) for name in ("s", "y", "lag", "p", "r", "h"))
@@ -74,7 +74,7 @@ _At = tuple[object, ...]
 
 
 def _begin_events(w: Writer, at: _At, back: Variable, told: Array) -> None:
-    """The quantities of the events at the start; none may be at its threshold."""
+    """Evaluates the event quantities at the start; none of the system's own may be at its threshold."""
     watch, glance = w.callee("watch", *RATE), w.callee("glance", *RATE)
     count, leaving = w.number("events"), w.number("leaving")
     seen, largest, least, kinds, leaves, beside = (
@@ -94,7 +94,7 @@ def _begin_events(w: Writer, at: _At, back: Variable, told: Array) -> None:
 
 
 def _begin_constraints(w: Writer, at: _At, back: Variable, told: Array, y: Array) -> None:
-    """Whether the start satisfies the constraints; a row of which all speeds are rounding is judged beside the others."""
+    """Tests whether the start satisfies the constraints; A u is judged against the fastest speed: those of a row may be rounding."""
     constraints = w.callee("constraints", *RATE)
     closures, rows, skipped = w.number("held_closures"), w.number("held_rows"), w.number("held_branches")
     entries, speeds, coordinates = w.number("held_entries"), w.number("held_speeds"), w.number("held_coordinates")
@@ -129,10 +129,10 @@ def _call(routine: Callable[..., None], at: _At, out: Array) -> None:
 
 
 def look_kernel() -> Kernel:
-    """`look`: 1 where the kernel is to go on from where it asked of constraints.
+    """The kernel `look`: returns 1 if the stepper is to continue after it returned because of the constraints.
 
-    It takes a step at whose end dependent speeds hardly follow; one that may have led where they do not follow is taken again, half as
-    long.
+    It accepts a step at whose end the dependent speeds are poorly determined but usable; a step that may have passed a state where
+    they are singular is repeated at half its size.
     """
     w = Writer("look")
     s = w.array("s")

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gauss's and Radau's nodes on (0, 1] and what follows from them: weights, and what Newton's method needs.
+"""Nodes and weights of Gauss and Radau collocation on (0, 1], and the transformation of Radau stages for Newton's method.
 
-L_j is Lagrange's polynomial that is 1 at node j and 0 at the others. By Legendre polynomials P_k and the weights b it is
-L_j(θ) = b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are sums of neighbours: Hairer & Wanner, *Solving Ordinary
-Differential Equations II*, 2nd ed. 1996, sec. IV.5. Nodes are computed in 50 digits.
+L_j is the Lagrange polynomial that is 1 at node j and 0 at the others. With Legendre polynomials P_k and the weights b, L_j(θ) =
+b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are differences of neighbouring P_k: Hairer & Wanner, *Solving Ordinary
+Differential Equations II*, 2nd ed. 1996, sec. IV.5. Nodes are computed with 50 digits.
 
-z_i is the state at node i less y. With A⁻¹ = V Λ V⁻¹ the equations Σ_j A⁻¹_ij z_j / h − f(y + z_i) = 0, linearized, fall apart into
-(λ/h − J) x = … of one real eigenvalue λ and of pairs of conjugate ones: ibid., sec. IV.8. Plain Python computes them, so that they are
-the same numbers on every machine.
+z_i is the state at node i minus y. With A⁻¹ = V Λ V⁻¹ the linearized equations Σ_j A⁻¹_ij z_j / h − f(y + z_i) = 0 decouple into
+(λ/h − J) x = … for one real eigenvalue λ and for complex conjugate pairs: ibid., sec. IV.8. They are computed in plain Python, with
+the same results on every machine.
 """
 
 from collections.abc import Sequence
@@ -23,10 +23,10 @@ Vector = tuple[float, ...]
 
 @dataclass(frozen=True, slots=True)
 class Nodes:
-    """`c`, `b`: nodes and weights; rows j of the other fields belong to node j.
+    """Nodes `c`, weights `b`, and integrals of the Lagrange polynomials L_j; row j of the other fields belongs to node j.
 
-    `a` holds ∫ L_j from 0 to each node, `a2` is its square as a matrix, `b2` the double integral to 1; `top` is the leading
-    coefficient of L_j and its barycentric weight. Row k of `legendre` holds P_k(2c − 1).
+    `a` contains ∫ L_j from 0 to each node, `a2` the square of this matrix, `b2` the double integrals to 1; `top` contains the
+    leading coefficients of the L_j, their barycentric weights. Row k of `legendre` contains P_k(2c − 1).
     """
 
     c: Vector
@@ -40,7 +40,7 @@ class Nodes:
 
 @cache
 def gauss(stages: int) -> Nodes:
-    """Gauss's nodes, in ascending order."""
+    """The Gauss nodes, in ascending order."""
     with localcontext() as context:
         context.prec = DIGITS
         x, w = gauss_nodes(stages)
@@ -49,7 +49,7 @@ def gauss(stages: int) -> Nodes:
 
 @cache
 def radau(stages: int) -> Nodes:
-    """Radau's nodes, in ascending order, of which 1 is the last: the roots of P_s(2c − 1) − P_s−1(2c − 1)."""
+    """The Radau nodes, in ascending order, the last of which is 1: the roots of P_s(2c − 1) − P_s−1(2c − 1)."""
     with localcontext() as context:
         context.prec = DIGITS
         x = [root(stages, cos(2 * pi * (stages - k) / (2 * stages - 1)), of=-1) for k in range(1, stages)]
@@ -59,7 +59,7 @@ def radau(stages: int) -> Nodes:
 
 
 def _of(x: list[D], p: list[list[D]], b: list[D]) -> Nodes:
-    """Nodes at (x + 1)/2 with weights b, and P_0 … there."""
+    """The nodes (x + 1)/2 with weights b; row j of p contains P_0, P_1, … at x_j."""
     stages = len(x)
     c = [(v + 1) / 2 for v in x]
     once = [once_integrated(row, (v + 1) / 2) for row, v in zip(p, x, strict=True)]
@@ -93,7 +93,7 @@ def _all(rows: Sequence[Sequence[D]]) -> tuple[Vector, ...]:
 
 
 def once_integrated(p: Sequence[D], theta: D) -> list[D]:
-    """∫ P_k(2s − 1) ds from 0 to θ, for all k but the last."""
+    """∫ P_k(2s − 1) ds from 0 to θ for all k but the last, from the values p of P_k(2θ − 1)."""
     return [theta] + [(p[k + 1] - p[k - 1]) / (2 * (2 * k + 1)) for k in range(1, len(p) - 1)]
 
 
@@ -104,11 +104,11 @@ Rows = Sequence[Sequence[complex]]
 
 @dataclass(frozen=True, slots=True)
 class RadauStages:
-    """Nodes c; rows of A⁻¹; λ, the real one first, then those above the real axis.
+    """Nodes `c`, rows of A⁻¹, and its eigenvalues λ: the real one first, then those with a positive imaginary part.
 
-    `split` are rows that take stages to the real unknowns: x of the real λ, then real and imaginary part of each other one; `joined`
-    takes these back. `estimate` are the weights of z/h beside f(y): the rates at the beginning less their polynomial through the
-    stages there. `lagrange` are those of ∏_j (θ − c_j) θ/(θ − c_i), of the interpolant through y and all stages.
+    `split` transforms stages to the real unknowns: x of the real λ, then real and imaginary parts of the others; `joined` transforms
+    back. `estimate` contains the e_j for which f(y) + Σ_j e_j z_j/h is f(y) minus the value at 0 of the polynomial through the rates
+    of the stages. `lagrange` contains the weights of ∏_j (θ − c_j) θ/(θ − c_i) in the interpolant through y and all stages.
     """
 
     c: Vector
@@ -122,7 +122,7 @@ class RadauStages:
 
 @cache
 def radau_stages(count: int) -> RadauStages:
-    """Of an odd number of stages."""
+    """The nodes and transformations for an odd number of stages."""
     nodes, each = radau(count), range(count)
     c, a = nodes.c, [[nodes.a[j][i] for j in each] for i in each]
     columns = [_solved(a, [float(i == j) for i in each]) for j in each]
@@ -152,7 +152,7 @@ def radau_stages(count: int) -> RadauStages:
 
 
 def _eigenvalues(count: int) -> list[complex]:
-    """The roots of det(1 − z A) = Σ_j C(s, j) (2s − 1 − j)!/(2s − 1)! (−z)^j, by Weierstrass's iteration."""
+    """The eigenvalues of A⁻¹: roots of det(1 − z A) = Σ_j C(s, j) (2s − 1 − j)!/(2s − 1)! (−z)^j, by the Weierstrass iteration."""
     whole = factorial(2 * count - 1)
     parts = [(-1) ** j * comb(count, j) * factorial(2 * count - 1 - j) / whole for j in range(count + 1)]
     roots = [count * (0.4 + 0.9j) ** k for k in range(count)]
@@ -166,7 +166,7 @@ def _eigenvalues(count: int) -> list[complex]:
 
 
 def _vector(matrix: Rows, value: complex) -> list[complex]:
-    """The eigenvector, by inverse iteration from beside its value."""
+    """The eigenvector, by inverse iteration with a slightly shifted eigenvalue."""
     beside = value * (1 + _BESIDE)
     shifted = [[x - beside * (i == j) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
     result: list[complex] = [1.0] * len(matrix)
@@ -177,7 +177,7 @@ def _vector(matrix: Rows, value: complex) -> list[complex]:
 
 
 def _solved(matrix: Rows, right: Sequence[complex]) -> list[complex]:
-    """The solution of a small system, by Gauss's elimination."""
+    """The solution of a small linear system, by Gauss–Jordan elimination with pivoting."""
     rows = [[*map(complex, row), complex(r)] for row, r in zip(matrix, right, strict=True)]
     for k in range(len(rows)):
         best = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the kernels of all steppers share: their arguments, the numbers that pass between calls, the samples that a step holds.
+"""The interface that the kernels of all steppers share: arguments, the slots of `s`, sampling within steps, and the first step size.
 
-A kernel goes on from t by at most `limit` steps and returns why it came back (`ReturnCode`). Time is the sum of two numbers, t and
-what rounding left of it, and so is every component of y.
+A kernel advances the motion from t by at most `limit` steps and returns a `ReturnCode`. The time and each component of y are sums
+of two doubles, the value and its rounding error (compensated summation).
 """
 
 from collections.abc import Callable, Sequence
@@ -15,11 +15,11 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
 class ReturnCode(IntEnum):
-    """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite.
+    """Why a kernel returns: END of the span, LIMIT of steps, UNDERFLOW of the step size, or a number that is NOT_FINITE.
 
-    LOOK means that the next step may hold an event: it was not gone on from, and is taken again. EVENT means that an event ended the
-    motion, FULL that what was noted of events is to be collected. STANDS means that no side of a switch leads on, RESTS that its
-    quantity stays at zero. With AGAIN it does not return, but takes the step once more.
+    LOOK means that the last step needs an examination by Python, of its events or constraints; it was not accepted and is repeated.
+    EVENT means that an event ended the motion, FULL that a log must be emptied, STANDS that a motion continues on neither side of a
+    switch, RESTS that the quantity of a switch stays zero. ON and AGAIN are not returned: with AGAIN the kernel repeats the step.
     """
 
     ON = 0
@@ -36,17 +36,17 @@ class ReturnCode(IntEnum):
 
 
 class Slot(IntEnum):
-    """Places in the array `s`: what the kernel is told, up to FRESH, and what it leaves for the next call and for Python.
+    """Indices of the array `s`: the inputs of a kernel, up to FRESH, and the values that it leaves for its next call and for Python.
 
-    STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length. Where FRESH is 2 the
-    state is moved onto the constraints, and the kernel comes back before the first step.
-    BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
-    stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
-    is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
-    and JUMPS are noted; `control` may have it STOPPED. SIDED is 0 where the sides of switches are not known, 2 where some turn. Where
-    END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it. CHOICE is which dependent speeds are stepped,
-    MEASURED whether the sizes of constraints are those of this step. BACK is why the instance of a queue has ended. PACE is one
-    over the length that the error of the last step allowed, 0 where there is none.
+    STEP is the next step size; if it is 0, a kernel that is FRESH chooses it, unless steps are fixed. If FRESH is 2, it projects the
+    state onto the constraints and returns before a step. SAMPLE is the next sample, WORST the component with the largest error.
+    BREAKPOINT counts breakpoints passed, SMOOTH steps along which the solution hardly bends, LIMITED those whose size only stability
+    or convergence restricts. LOOKED is 1 after Python has examined the constraints of the step, 2 after its events as well. SPAN is
+    the length of the time span, PHASE the time of the last action, SINCE the interval between it and the previous one; LOGGED and
+    JUMPS are the numbers of logged events and jumps; `control` may set STOPPED. SIDED is 0 while the sides of switches are unknown, 2
+    if some are to change. While END is a switching time, TURNING is 1 and BEYOND is the end after it. CHOICE is the index of the
+    dependent speeds in use, MEASURED 1 if the scales of the constraints were updated at this step; HELD, SHARE and QUIET: see
+    `held.py`. BACK is the return code of a queued instance. PACE is one over the step size that the last error allowed, 0 if unknown.
     """
 
     TIME = 0
@@ -88,25 +88,25 @@ class Slot(IntEnum):
 
 SIZE = len(Slot)
 RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array", "array", "array")
-"""What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
+"""Types of the arguments of the routine for (q̇, u̇, P): t, (q, u), p, r, h, and the result."""
 WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
-"""What it takes on lanes."""
+"""The same for a routine that evaluates one state in each vector lane."""
 QUEUE = ("queue", "instances", "results")
 """The arrays of a queue of instances, see `queue_kernel`."""
 LOADED = ("s", "y", "p", "r", "times", "seen", "largest", "leaves", "held_reach")
 SAVED = ("s", "y", "rows", "log", "jumps", "held_marks", "held_log")
 CLEARED = ("lag", "held_log")
-"""The arrays of which an instance has numbers in `instances`, and in `results`, and that begin with zeros, where a kernel has them."""
+"""The arrays of an instance that are loaded from `instances`, stored in `results`, and set to zero, if a kernel has them."""
 
 
 _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
-"""Sizes over tolerances below which they do not tell a first step, the one tried then (s), and the change of rates that is none."""
+"""Scaled sizes below which y and f do not determine a first step, the trial step then (s), and the scaled rate that counts as zero."""
 
 
 class StepperContext:
-    """The arguments of a stepper's kernel, its cell `back`, and `asks`: with what it comes back instead of going on from a step.
+    """The arguments of a stepper's kernel, its return code `back`, 0 while it continues, and `asks`, set if a step is not accepted.
 
-    `turned` tells whether a switch turns at the end of the step, `renewed` whether other equations hold there.
+    `turned` is 1 if a switch changes sides at the end of the step, `renewed` is 1 if the dependent speeds change there.
     """
 
     def __init__(self, name: str, queued: bool = False) -> None:
@@ -127,9 +127,9 @@ class StepperContext:
         self.queued = queued
 
     def steps(self, begin: Callable[[], None], step: Callable[[Term, Term], None], fixed: bool = False) -> Kernel:
-        """The kernel: step(h, last) after step until there is a reason to come back, `begin()` before one that is FRESH.
+        """The kernel: calls step(h, last) until there is a reason to return, and `begin()` before a step that is FRESH.
 
-        Steps that are `fixed` are of one length. Where instances are `queued`, the next one is taken up instead of coming back.
+        Steps that are `fixed` have one size. If instances are `queued`, the next one is loaded instead of a return.
         """
         w, self.fixed = self.writer, fixed
         if self.queued:
@@ -151,7 +151,7 @@ class StepperContext:
         return w.finished(self.back)
 
     def goes_on(self) -> Term:
-        """Whether there is a step to take; of a queue's instance that has ended why is noted, and the next one is taken up."""
+        """Whether there is a step to take; for a queued instance that has ended, stores its return code and loads the next one."""
         w = self.writer
         if self.queued:
             arrays = [*turned_over(w.arguments), *(w.array(name).argument.name for name in QUEUE)]
@@ -165,19 +165,19 @@ class StepperContext:
         return self.back.get() < 1
 
     def forget(self) -> None:
-        """Nothing in cells is of the instance that has ended, but why it has."""
+        """Resets all variables but the return code after a queued instance has ended."""
         for cell in self.writer.cells:
             if cell is not self.back.cell:
                 self.writer.add(Put(cell, Immediate(cell.type, 0 if cell.type == INT else 0.0)))
 
     def begin_step_anew(self) -> None:
-        """The next step begins from its rates, and chooses its length, if steps are not of one length."""
+        """Restarts: the next step evaluates its initial rates and, unless steps are fixed, chooses its size."""
         self.put(Slot.FRESH, 1.0)
         if not self.fixed:
             self.put(Slot.STEP, 0.0)
 
     def pass_breakpoint(self) -> None:
-        """From just before a breakpoint to just after it, where sampled controllers are asked.
+        """Moves from just before a breakpoint to just after it, where sampled controllers are evaluated.
 
         `pauses` has three numbers for each of the `breakpoints`: the time after it, the next end, and whether `control` writes r.
         """
@@ -197,49 +197,49 @@ class StepperContext:
                 self.back.put(int(ReturnCode.LIMIT))
 
     def get(self, at: Slot) -> Term:
-        """One of the numbers in s."""
+        """The value of a slot."""
         return self.s[int(at)]
 
     def put(self, at: Slot, value: Term | float) -> None:
-        """One of the numbers in s becomes `value`."""
+        """Assigns a slot."""
         self.s[int(at)] = value
 
     def more(self, at: Slot, by: Term | float) -> None:
-        """One of the numbers in s grows."""
+        """Increments a slot."""
         self.put(at, self.get(at) + by)
 
     def row(self, k: int) -> Term:
-        """Where row k of n doubles begins in `work`."""
+        """The index in `work` of row k of n doubles."""
         return self.n * k
 
     def rate(self, rhs: Callable[..., None], t: Term, x: Array, at: Term | int, row: Term | int) -> None:
-        """A row of `work` becomes f(t, x) with the state at a place."""
+        """Writes f(t, x) to a row of `work`; the state begins at an index of x."""
         self.drive(t, x.at(at))
         rhs(t, x.at(at), self.p.at(0), self.r.at(0), self.h.at(0), self.work.at(row))
         self.more(Slot.RATES, 1.0)
 
     def drives(self, *takes: Literal["float", "array"], single: bool = False) -> None:
-        """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take.
+        """Declares the routine, with arguments of types `takes`, that writes the inputs r at a time and state if they are `driven`.
 
-        Another one gives `single_r` at a `single` state, where the rates take lanes.
+        With `single`, a second routine writes `single_r` for one state, beside the first one, which works on lanes.
         """
         w = self.writer
         self._drive, self.single_r = w.callee("drive", *takes), w.array("single_r") if single else self.r
         self._drive_single = w.callee("single_drive", *RATE) if single else self._drive
 
     def drive(self, t: Term | Address, x: Address, single: bool = False) -> None:
-        """The inputs at a time; those of one state where it is `single`."""
+        """Evaluates the inputs at a time and state; those for one state if `single`."""
         drive, r = (self._drive_single, self.single_r) if single else (self._drive, self.r)
         with self.writer.when(self.driven > 0):
             drive(t, x, self.p.at(0), r.at(0), self.hd.at(0), r.at(0))
 
     def follow(self, t: Term | Address, x: Address) -> None:
-        """The inputs at states, where they follow from these."""
+        """Evaluates the inputs again at changed states, if they depend on these."""
         with self.writer.when(self.driven > 1):
             self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
 
     def first_step(self, exponent: float, rhs: Callable[..., None], now: int | Term, state: Term, moved: Term) -> None:
-        """`choose_step` where rates are those of one state: `now` is the row of f(t, y), `state` and `moved` are free rows."""
+        """`choose_step` with rates of one state: `now` is the row of f(t, y), `state` and `moved` are free rows."""
 
         def rates(t: Term, y: Callable[[Term], Term]) -> Callable[[Term], Term]:
             with self.writer.count(self.n) as i:
@@ -255,7 +255,7 @@ class StepperContext:
         now: Callable[[Term], Term],
         rates: Callable[[Term, Callable[[Term], Term]], Callable[[Term], Term]],
     ) -> None:
-        """Where no STEP is given, it becomes one over which an Euler step and the change of rates are small.
+        """If STEP is zero, chooses a step over which an Euler step and the change of the rates are small.
 
         `now(i)` is f_i(t, y), `rates(t', y')` gives f_i(t', y'), `exponent` is about 1/order. Source: Hairer, Nørsett & Wanner,
         *Solving Ordinary Differential Equations I*, 2nd ed. 1993, sec. II.4.
@@ -292,13 +292,13 @@ class StepperContext:
             self.put(Slot.STEP, w.select(most < _LARGE, best, tried))
 
     def allowed(self, i: Term, end: Term) -> Term:
-        """atol + rtol |y_i|, at the beginning or the end of the step."""
+        """The tolerance of component i, atol + rtol |y_i|, with the larger of its values at both ends of the step."""
         w = self.writer
         size = w.compute("max", w.compute("abs", self.y[i]), w.compute("abs", end))
         return self.get(Slot.ATOL) + self.get(Slot.RTOL) * size
 
     def largest_error(self, largest: Variable, of: Callable[[Term], Term]) -> None:
-        """`largest` becomes the largest of the errors of all components, NaN where one is; which component has it is noted."""
+        """Sets `largest` to the largest error of a component, NaN if one is NaN, and WORST to the index of that component."""
         w = self.writer
         largest.put(0.0)
         with w.count(self.n) as i:
@@ -308,12 +308,12 @@ class StepperContext:
                 self.put(Slot.WORST, w.compute("float", i))
 
     def power(self, error: Term, exponent: float) -> tuple[Term, Term]:
-        """Whether an error is finite, and the power of it by which steps are to be shorter."""
+        """Whether an error is finite, and error**exponent, by which step sizes are divided."""
         w, finite = self.writer, error < _LARGE
         return finite, dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _SMALLEST), exponent)
 
     def length(self) -> tuple[Term, Term]:
-        """The length of the next step, and whether it reaches the end."""
+        """The size of the next step, and whether it reaches the end."""
         w = self.writer
         left = (self.get(Slot.END) - self.get(Slot.TIME)) - self.get(Slot.TIME_LAG)
         wished = w.compute("min", w.compute("max", self.get(Slot.STEP), self.shortest()), self.get(Slot.LONGEST))
@@ -321,13 +321,13 @@ class StepperContext:
         return w.select(last, left, wished), last
 
     def shortest(self) -> Term:
-        """A step that rounding of the time leaves."""
+        """The smallest step size, above the rounding of the time."""
         return self.get(Slot.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(Slot.TIME))
 
     def sample(
         self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None], until: Term | None = None
     ) -> None:
-        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some; or those before a time."""
+        """Calls `write(k, θ)` for each sample in a step, or before the time `until`, and `prepare()` before the first of them."""
         w = self.writer
         cursor, prepared = self.cursor, self.prepared
         cursor.put(w.compute("int", self.get(Slot.SAMPLE)))
@@ -337,7 +337,7 @@ class StepperContext:
             return self.share_of(cursor.get(), h)
 
         def within() -> Term:
-            # one more time stands behind the last one: after the end
+            # `times` has one entry after the samples, beyond the end
             inside = share() <= 1.0 if until is None else self.times[cursor.get()] < until
             return (cursor.get() < self.samples) & inside
 
@@ -350,16 +350,16 @@ class StepperContext:
         self.put(Slot.SAMPLE, w.compute("float", cursor.get()))
 
     def share_of(self, k: Term, h: Term) -> Term:
-        """The share of a step at which a sample is."""
+        """The share θ of a step at which sample k lies."""
         return ((self.times[k] - self.get(Slot.TIME)) - self.get(Slot.TIME_LAG)) / h
 
     def has_sample(self, h: Term) -> Term:
-        """Whether a step holds samples; one more time stands behind the last one."""
+        """Whether a step contains samples; `times` has one entry after these, beyond the end."""
         k = self.writer.compute("int", self.get(Slot.SAMPLE))
         return (k < self.samples) & (self.share_of(k, h) <= 1.0)
 
     def advance(self, h: Term, last: Term) -> None:
-        """t + h, or the end itself; the step is counted, and the kernel comes back where it is time."""
+        """Sets the time to t + h, or to the end itself; counts the step, and sets the return code if it is time to return."""
         w = self.writer
         t, more = self.get(Slot.TIME), h + self.get(Slot.TIME_LAG)
         sum_ = t + more
@@ -381,20 +381,20 @@ class StepperContext:
                     self.arrive()
 
     def arrive(self) -> None:
-        """At a breakpoint, or at the end, where the kernel comes back."""
+        """Marks the arrival at a breakpoint, or sets the return code END."""
         w = self.writer
         ahead = self.get(Slot.BREAKPOINT) < w.compute("float", self.breakpoints)
         self.arrived.put(w.select(ahead, w.integer(1), w.integer(0)))
         self.back.put(w.select(ahead, self.back.get(), w.integer(ReturnCode.END)))
 
     def count_taken(self) -> None:
-        """One more step is taken; the kernel comes back after as many as it may take."""
+        """Counts an accepted step; sets the return code LIMIT after as many as allowed."""
         self.taken.put(self.taken.get() + 1)
         with self.writer.when(self.taken.get() >= self.limit):
             self.back.put(int(ReturnCode.LIMIT))
 
     def shorten(self, wished: Term, finite: Term) -> None:
-        """A step is taken again, shorter, unless that is shorter than rounding."""
+        """Rejects a step: it is repeated with the size `wished`, unless that is below the rounding of the time."""
         w = self.writer
         self.put(Slot.STEP, wished)
         self.more(Slot.REJECTED, 1.0)
@@ -403,7 +403,7 @@ class StepperContext:
 
 
 def turned_over(arguments: Sequence[Argument]) -> list[str]:
-    """The arrays that are an instance's own, in the order of the arguments."""
+    """The arrays that belong to one instance of a queue, in the order of the arguments."""
     own = {*LOADED, *SAVED, *CLEARED}
     return [a.name for a in arguments if isinstance(a, ArrayOf) and a.name in own]
 
@@ -411,11 +411,11 @@ def turned_over(arguments: Sequence[Argument]) -> list[str]:
 _TEN_ROUNDINGS = 10 * EPS
 _LARGE, _SMALLEST = 1e300, 2.0**-1000
 _INTERVALS = 4.0
-"""A first step after an action is no longer than so many times what lay between it and the one before: the next one may be as near."""
+"""Largest first step after an action, in intervals between the last two actions: the next one may follow as soon."""
 
 
 def dyadic_power(w: Writer, x: Term, exponent: float) -> Term:
-    """x to a power between 0 and 1 that is a sum of halves, quarters, …: square roots alone are the same in every language."""
+    """x**exponent for a sum below 1 of halves, quarters, …, by square roots: these are correctly rounded in every language."""
     factors, root, part = [], x, 1.0
     while exponent > 0:
         root, part = w.compute("sqrt", root), part / 2
@@ -429,7 +429,7 @@ def dyadic_power(w: Writer, x: Term, exponent: float) -> Term:
 
 
 def add_exactly(y: Array, lag: Array, i: Term, change: Term) -> tuple[Term, Term]:
-    """y_i + change, and what rounding leaves of it, with what it left before."""
+    """y_i + change by compensated summation: the rounded sum and its rounding error."""
     old = y[i]
     more = change + lag[i]
     new = old + more

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where in a step quantities cross their thresholds: every passage that the bounds of `numeric.polynomials` tell, located and sorted.
+"""Event location: all zero crossings in a step that the bounds of `numeric.polynomials` do not exclude, located and sorted by time.
 
-An interval whose polynomial leaves a doubt is halved, left half first. Between two places of different sign Chandrupatla's method
-goes down to the resolution of times; a change of sign through infinity is no passage. A quantity that is at its threshold at the
-beginning of the step (`LEAVES`) has passed nothing until it shows to which side it leaves. Source: Chandrupatla, *A new hybrid
-quadratic/bisection algorithm for finding the zero of a nonlinear function without using derivatives*, Advances in Engineering
-Software 28 (1997), p. 145.
+An interval in which the polynomial leaves the number of crossings undecided is bisected, left half first. Between two points of
+different sign, Chandrupatla's method locates the crossing to the resolution of times; a change of sign at a pole is no crossing. A
+quantity at its threshold at the beginning of the step (`LEAVES`) crosses nothing until it shows to which side it leaves. Source:
+Chandrupatla, *A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function without using derivatives*,
+Advances in Engineering Software 28 (1997), p. 145.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
 class EventKind(IntEnum):
-    """What an event does: it is noted; a switch turns; the motion ends; its state changes; or Python decides."""
+    """The effect of an event: it is only recorded; a switch changes sides; the motion ends; its state changes; or Python decides."""
 
     NOTED = 0
     TURNS = 1
@@ -41,30 +41,30 @@ class EventKind(IntEnum):
 
 
 KINDS = 4
-"""Numbers of a row of `kinds`: the kind, the direction, whether the event is the system's own, and whether it ends the motion."""
+"""Length of a row of `kinds`: kind, direction, whether the event is one of the system's own, whether it ends the motion."""
 LEAVES = 5
-"""Numbers of a row of `leaves`: whether the quantity begins at its threshold, to which side it leaves, by the derivative of which
-order, within which band rounding may give it any sign, and the share of the step from which on it shows."""
+"""Length of a row of `leaves`: whether the quantity begins at its threshold, the side to which it leaves, the order of the derivative
+that says so, the band within which rounding may give it any sign, and the share of the step from which on its side shows."""
 MET = 512
-"""So many passages are told of a step, and of a quantity, at most."""
+"""Largest number of crossings in a step, and of brackets of one quantity."""
 _PLACES = (*SHARES, *map(float, BETWEEN))
 _AT, _COEFFICIENTS, _PADDED, _BRACKETS = (len(_PLACES) * k + 4 * k for k in (1, 2, 3, 4))
 _BEYOND = _BRACKETS + 4 * MET
 _ROUNDS, _BESIDE, _GROWN = 120, (8 * SAME_TIME, 1e-5), 10.0
 _TINY, _HUGE = 2.0**-1022, 1e300
 _STEPS = 64.0
-"""So many steps at most add up their rounding: more are as likely to take it away."""
+"""Number of steps up to which rounding errors are added up: beyond it they tend to cancel."""
 
 
 def room(count: int) -> int:
-    """How many doubles `zoom` has for so many quantities."""
+    """The length of `zoom` for `count` quantities."""
     return _BEYOND + 2 * count
 
 
 class Crossings:
-    """The search: `search(e)` for each doubtful quantity, then `sort()`; `met` has `found` rows (share of the step, quantity).
+    """The search: `search(e)` for each quantity that may cross, then `sort()`; `met` has `found` rows (share of the step, quantity).
 
-    `ask(θ, array, place)` writes the quantities at a share of the step, and then the sizes of their terms.
+    `ask(θ, array, place)` writes the quantities at the share θ of the step, then the sizes of their terms, from index `place` on.
     """
 
     def __init__(self, writer: Writer, count: Term, ask: Callable[[Term, Array, Term], None]) -> None:
@@ -79,41 +79,41 @@ class Crossings:
         self.part = w.variable("at_part")
 
     def get(self, name: str) -> Term:
-        """What a cell holds."""
+        """The value of a variable."""
         return self.cells[name].get()
 
     def put(self, name: str, value: Term | float) -> None:
-        """A cell holds a value."""
+        """Assigns a variable."""
         self.cells[name].put(value)
 
     def clear(self) -> None:
-        """Nothing is found yet."""
+        """Resets the results of the search."""
         for name in ("found", "asked", "full"):
             self.put(name, 0)
         self.put("broken", 2.0)
 
     def begin_search(self) -> None:
-        """The shares of an interval at which it is looked at are written where they are read."""
+        """Writes the shares of an interval at which quantities are evaluated to `zoom`."""
         w = self.writer
         self.zoom.store(_AT, w.lanes(*_PLACES[:8]))
         self.zoom.store(_AT + 8, w.lanes(*_PLACES[8:]))
 
     def kind(self, e: Term) -> Term:
-        """What an event does."""
+        """The `EventKind` of an event."""
         return self.kinds[e * KINDS]
 
     def direction(self, e: Term) -> Term:
-        """−1, 0 or 1."""
+        """The direction of an event: −1, 0 or 1."""
         return self.kinds[e * KINDS + 1]
 
     def leaf(self, e: Term, k: int) -> Term:
-        """A number of a row of `leaves`."""
+        """Entry k of an event's row of `leaves`."""
         return self.leaves[e * LEAVES + k]
 
     def search(self, e: Term, values: tuple[Term, Term], threshold: Term, longest: Term) -> None:
-        """The passages of a quantity whose `values` are those at the beginning and at the eight places.
+        """Locates the crossings of quantity e; `values` are its values at the beginning of the step and at the eight places.
 
-        A quantity that rests at its threshold but for rounding of so many steps as `longest` says is asked about.
+        If it stays at its threshold but for the rounding errors of `longest` steps, its crossings mean nothing, and `asked` is set.
         """
         w = self.writer
         first, others = values
@@ -126,7 +126,7 @@ class Crossings:
         self.put("end", 1.0)
         self.put("first_value", first - threshold)
         self.put("last_value", self.beyond(e, w.compute("lane", others, lane=PARTS - 1) - threshold))
-        # what projection has moved across the threshold at an end has no corner there
+        # a value that projection has moved across the threshold at an end looks like a corner there
         self.put("firm", 1)
         for share, kept in ((0.0, "first_value"), (1.0, "last_value")):
             with w.when(self.gap(e, w.constant(share)) * self.get(kept) < 0.0):
@@ -158,14 +158,14 @@ class Crossings:
                 self.locate(e, w.integer(_BRACKETS) + k * 4)
 
     def beyond(self, e: Term, value: Term) -> Term:
-        """A value at whose side rounding has no part: within its band a quantity is on the side to which it leaves."""
+        """The value; within its band, where its sign may be rounding, a quantity counts as on the side to which it leaves."""
         w = self.writer
         return w.select(w.compute("abs", value) < self.leaf(e, 3), self.leaf(e, 1) * _TINY, value)
 
-    # ---------------------------------------------------------------------------------------- brackets of passages
+    # --------------------------------------------------------------------------------------- brackets of crossings
 
     def traverse(self, e: Term, first: Term, others: Term) -> None:
-        """The brackets of the passages between `begin` and `end`."""
+        """Stores brackets of the crossings between `begin` and `end`."""
         w, zoom = self.writer, self.zoom
         fresh = self.leaf(e, 0) > 0.0
         plain = ~fresh & (self.get("early") < 1)
@@ -187,7 +187,7 @@ class Crossings:
             with w.few(len(_PLACES), start) as j:
                 self.ask(self.get("low") + self.get("width") * zoom[j + _AT], zoom, self.answer)
                 zoom[j] = self.beyond(e, zoom[self.answer + e] - self.get("threshold"))
-                with w.when(root):  # beside a pole terms are large
+                with w.when(root):  # not in smaller intervals: near a pole terms are large
                     self.put("sizes", w.compute("max", self.get("sizes"), zoom[self.answer + self.count + e]))
             with w.when(unknown):
                 self.put("first_value", zoom[0])
@@ -196,7 +196,7 @@ class Crossings:
             self.decide(e)
 
     def decide(self, e: Term) -> None:
-        """The interval at hand is halved, or its changes of sign are its passages."""
+        """Bisects the current interval, or takes its sign changes as its crossings."""
         w, zoom = self.writer, self.zoom
         first, others = zoom[0], zoom.lanes(1, PARTS)
         coefficients, slack, size = bounds(w, first, others)
@@ -229,7 +229,7 @@ class Crossings:
             self.put("width", self.get("width") * 0.5)
 
     def changes(self, value: Callable[[Term], Term], zero_is_beyond: bool = False) -> Term:
-        """How often the sign changes from the first to the last of nine values; zeros are left out, or belong to what comes before."""
+        """The number of sign changes along nine values; zeros are skipped, or end the interval in which the sign changes."""
         w = self.writer
         count = w.variable(f"changes{len(w.cells)}")
         count.put(0.0)
@@ -247,7 +247,7 @@ class Crossings:
         return count.get()
 
     def take(self, e: Term) -> None:
-        """Brackets of the interval at hand; of an early passage the last one from the side to which the quantity leaves counts."""
+        """Stores brackets in the current interval; before a quantity leaves its threshold, only the last one from its side counts."""
         w, zoom = self.writer, self.zoom
         with w.few(PARTS) as j:
             a, b = zoom[j], zoom[j + 1]
@@ -266,7 +266,7 @@ class Crossings:
                 self.put("brackets", self.get("brackets") + 1)
 
     def go_on(self) -> None:
-        """The interval after the one at hand, as long as one of halves may be."""
+        """Proceeds to the next interval, the longest of the dyadic ones that begin where the current one ends."""
         w = self.writer
         self.zoom[0] = self.zoom[PARTS]
         self.put("index", self.get("index") + 1.0)
@@ -285,10 +285,10 @@ class Crossings:
         with w.when(self.get("level") < 1):
             self.put("open", 0)
 
-    # --------------------------------------------------------------------------------------------- places of passages
+    # ------------------------------------------------------------------------------------------ location of crossings
 
     def locate(self, e: Term, at: Term) -> None:
-        """The passage in a bracket, unless it is one in the other direction, or a pole."""
+        """Locates the crossing in a bracket, unless it has the wrong direction or is a pole."""
         w, zoom = self.writer, self.zoom
         a, way = zoom[at + 2], self.direction(e)
         with w.when(((way <= 0.0) & (a > 0.0)) | ((way >= 0.0) & (a < 0.0))):
@@ -299,7 +299,7 @@ class Crossings:
                 self.meet(self.get("root"), e)
 
     def meet(self, share: Term, e: Term) -> None:
-        """A quantity passes at a share of the step."""
+        """Stores a crossing of a quantity at a share of the step."""
         with self.writer.when(self.get("found") >= MET):
             self.put("full", 1)
             self.put("found", 0)
@@ -308,21 +308,21 @@ class Crossings:
         self.put("found", self.get("found") + 1)
 
     def drop(self, at: Term) -> None:
-        """The passage at a place is none."""
+        """Removes the crossing at an index."""
         self.put("found", self.get("found") + (-1))
         with self.writer.few(self.get("found"), at) as k:
             for j in range(2):
                 self.met[k * 2 + j] = self.met[k * 2 + (2 + j)]
 
     def gap(self, e: Term, share: Term) -> Term:
-        """The quantity over its threshold at a share of the step."""
+        """The quantity minus its threshold at a share of the step."""
         self.ask(share, self.zoom, self.answer)
         return self.zoom[self.answer + e] - self.get("threshold")
 
     def zero(self, e: Term, at: Term) -> None:
-        """`root` becomes the place in a bracket (start, end, values there), an end where the quantity now has the other side's sign.
+        """Sets `root` to the crossing in a bracket (start, end, values there), or to an end that now has the sign of the other end.
 
-        The size of the quantity there is left in the first of the `points`.
+        The absolute value of the quantity at `root` is left in the first of the `points`.
         """
         w, zoom = self.writer, self.zoom
         start, end, a, b = (zoom[at + k] for k in range(4))
@@ -357,7 +357,7 @@ class Crossings:
             self.put("rounds", rounds + 1)
 
     def finish(self, condition: Term, x: Term, f: Term) -> None:
-        """The place is x, where the quantity is f, if the condition holds."""
+        """Ends the search at x, where the quantity is f, if the condition holds."""
         with self.writer.when(condition):
             self.put("open", 0)
             self.put("root", x)
@@ -366,8 +366,8 @@ class Crossings:
     def next_share(self, a: Term, width: Term) -> None:
         """Chandrupatla's choice between inverse quadratic interpolation and bisection, or the end of the search.
 
-        It ends where the sign is no longer that of a: what goes on from there does not pass once more. While the nearest place is
-        before that, the search goes on to the last digit.
+        The search ends at a point beyond the crossing, so that a motion that continues there does not cross again. While the best
+        point is before the crossing, the search continues to the last digit.
         """
         w = self.writer
         (x1, f1), (x2, f2), (x3, f3) = ((x.get(), f.get()) for x, f in self.points)
@@ -386,7 +386,7 @@ class Crossings:
         self.finish(over, w.select(beyond, best, other), w.select(beyond, least, there))
 
     def median(self, first: Term, others: Term) -> None:
-        """`usual` becomes the median of the sizes other than zero that a quantity has at the nine places."""
+        """Sets `usual` to the median of the nonzero absolute values that a quantity has at the nine places."""
         w, zoom = self.writer, self.zoom
         zoom[0] = first
         zoom.store(1, others)
@@ -408,14 +408,14 @@ class Crossings:
         self.put("usual", total.get())
 
     def refuse_pole(self, e: Term) -> None:
-        """`root` becomes −1 where a quantity changes its sign through infinity: it grows towards that place, beyond its usual size."""
+        """Sets `root` to −1 if a quantity changes sign through infinity: it grows towards that point, beyond its usual size."""
         w, root = self.writer, self.get("root")
         sides, grows, near = (w.variable(f"pole{k}_{len(w.cells)}") for k in range(3))
         sides.put(0.0)
         grows.put(1.0)
         rounded = 4 * EPS
         with w.few(4) as k:
-            # beside the place on the left, farther to the left, and so to the right
+            # close to the root on the left, farther to the left, and the same on the right
             left, closer = k < 2, (k < 1) | ((k > 1) & (k < 3))
             apart = w.select(closer, _BESIDE[0] + rounded, _BESIDE[1] + rounded)
             far = _BESIDE[1] + rounded
@@ -432,12 +432,12 @@ class Crossings:
         with w.when((sides.get() > 0.0) & (grows.get() > 0.0)):
             self.put("root", -1.0)
 
-    # ----------------------------------------------------------------------------------------------------- in order
+    # ------------------------------------------------------------------------------------------------------ sorting
 
     def sort(self, near: Term) -> None:
-        """Passages in the order of their times, those of one time as the events are, up to the first that ends or changes the motion.
+        """Sorts crossings by time, simultaneous ones by event, up to the first that ends the motion or changes the state.
 
-        What is no farther behind that one than `near` is of the same instant; `broken` is its share of the step, 2 if there is none.
+        Those within `near` after it belong to the same instant; `broken` is its share of the step, 2 if there is none.
         """
         w, met = self.writer, self.met
         place = w.variable("at_place", INT)
@@ -466,10 +466,10 @@ class Crossings:
 
 
 def inspection_kernel() -> Kernel:
-    """The passages of all quantities in a step of another solver: `met`; it returns how many, −1 for more than there is room.
+    """A kernel that writes all crossings in a step of another solver to `met`, and returns their number, −1 if there are too many.
 
-    `values` are nine of each quantity, from the beginning of the step to its end; `told` holds of how many steps the motion is, and
-    what is one instant; `rests` says of each quantity whether it stays at its threshold but for rounding: of those nothing is met.
+    `values` has nine per quantity, from the beginning of the step to its end; `told` the number of steps of the motion and the share
+    of a step that is one instant; `rests` becomes 1 for a quantity that stays at its threshold, whose crossings are dropped.
     """
     w = Writer("inspection")
     count, glance = w.number("events"), w.callee("glance", *RATE)
@@ -495,12 +495,12 @@ def inspection_kernel() -> Kernel:
 
 
 def crossed(a: Term, b: Term) -> Term:
-    """Whether the sign changes from a to b; zero belongs to what comes before it."""
+    """Whether the sign changes from a to b; a crossing at a zero belongs to the interval that ends there."""
     return ((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))
 
 
 def bounds(w: Writer, first: Term, others: Term) -> tuple[Term, Term, Term]:
-    """Of a quantity at nine places its Bernstein coefficients but for the first, what they leave of it, and its size."""
+    """The Bernstein coefficients of a quantity at nine places but the first, a bound on the interpolation error, and its size."""
     each = [w.compute("splat8", x) for x in (first, *(w.compute("lane", others, lane=k) for k in range(PARTS)))]
     columns = [tuple(map(float, column)) for column in TO_BERNSTEIN[1:].T]
     coefficients = w.sum([x * column for x, column in zip(each, columns, strict=True)])
@@ -513,9 +513,9 @@ def bounds(w: Writer, first: Term, others: Term) -> tuple[Term, Term, Term]:
 
 
 def dips(w: Writer, array: Array, at: int, threshold: Term) -> Term:
-    """Whether between two of nine places of one sign, whose values stand in an array from `at` on, a corner may pass the threshold.
+    """Whether a corner may cross the threshold between two neighbours of nine values of one sign, stored in an array from `at` on.
 
-    Values beside these are written over.
+    Overwrites the two entries before and after these.
     """
     end, level = at + PARTS, w.compute("splat8", threshold)
     for k in (1, 2):

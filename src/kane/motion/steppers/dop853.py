@@ -45,7 +45,7 @@ _LATER = numbers("""
     0.7777777777777778 -0.42889630158379194 0 0 0 0 -4.697621415361164 7.683421196062599 4.06898981839711 0.3567271874552811 \
         0 0 0 -0.0013990241651590145 2.9475147891527724 -9.15095847217987
 """)
-"""c of each stage of dense output, then its row."""
+"""c of each stage of dense output, followed by its row of a."""
 _D = numbers("""
     -8.428938276109013 0 0 0 0 0.5667149535193777 -3.0689499459498917 2.38466765651207 2.117034582445028 -0.871391583777973 \
         2.2404374302607883 0.6315787787694688 -0.08899033645133331 18.148505520854727 -9.194632392478356 -4.436036387594894
@@ -62,4 +62,4 @@ _D = numbers("""
 DOP853 = Tableau(
     "dop853", 8, _C, _A, _B, _ERRORS, 1 / 8, tuple((row[0], row[1:]) for row in _LATER), (*hermite(_B, 16), *_D)
 )
-"""Twelve evaluations a step, three more where it is sampled."""
+"""Twelve evaluations per step, and three more for dense output."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The kernel of an explicit embedded method, from its tableau."""
+"""The kernel of an explicit embedded Runge–Kutta method, generated from its tableau."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -15,43 +15,43 @@ from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0
-"""The next step is so much shorter than the error allows; it changes by these factors at most."""
+"""Safety factor of the step size, and the bounds of its change from one step to the next."""
 _RISING = 0.5
-"""Where the length that the error allows falls from step to step it is taken to fall on, by this factor at most."""
+"""If the step size that the error allows decreases from step to step, a further decrease is extrapolated, by this factor at most."""
 _STABLE = 4.0
-"""h times a rate at which an explicit method comes to the border of its stability."""
+"""h |λ| at the border of the stability region of an explicit method."""
 
 
 def explicit_kernel(
     tableau: Tableau, held: bool = False, watched: bool = False, sided: bool = False, queued: bool = False
 ) -> Kernel:
-    """The kernel that goes on by adaptive steps: each component's error is held to rtol |y| + atol by itself.
+    """The kernel with adaptive steps: the error of each component is kept below atol + rtol |y|.
 
-    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events, and
-    for switches where it is `sided`. Where instances are `queued` it takes up one after the other.
+    With `held`, the end of each step and each sample are projected onto the constraints; with `watched`, events are detected, with
+    `sided` switches too. With `queued`, the kernel integrates the instances of a queue, one after the other.
 
-    `work` holds `rows(tableau)` rows of n: the k, the state of a stage, y' and what rounding leaves of it, dense output.
+    `work` contains `rows(tableau)` rows of n: the k_s, the state of a stage, y' and its rounding error, dense output.
     """
     return _Explicit(tableau, StepperContext(tableau.name, queued), held, watched, sided).kernel()
 
 
 def rows(tableau: Tableau) -> int:
-    """How many rows of n doubles `work` has."""
+    """The number of rows of n doubles in `work`."""
     return tableau.stages + 1 + len(tableau.later) + 3 + len(tableau.dense)
 
 
 def explicit_work(tableau: Tableau, n: int) -> int:
-    """How many doubles `work` has for n components."""
+    """The length of `work` for n components."""
     return rows(tableau) * n
 
 
 def explicit_end(tableau: Tableau, n: int) -> int:
-    """Where in `work` the end of a step stands, on its constraints."""
+    """The index in `work` of the end of a step, projected onto the constraints."""
     return (rows(tableau) - len(tableau.dense) - 2) * n
 
 
 def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
-    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    """The state (k × n) as a function of times (k) in the step of length h from `start`, from the arrays of the kernel."""
     begin, n, parts = (given["y"] + given["lag"]).copy(), len(given["y"]), len(tableau.dense)
     weights = given["work"].reshape(rows(tableau), n)[-parts:].copy()
 
@@ -67,7 +67,7 @@ def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: 
 
 
 class _Explicit:
-    """A kernel while it is written."""
+    """Builds the kernel."""
 
     def __init__(self, tableau: Tableau, context: StepperContext, held: bool, watched: bool, sided: bool) -> None:
         self.tableau, self.context = tableau, context
@@ -80,7 +80,7 @@ class _Explicit:
         self.weights = last + 3
 
     def kernel(self) -> Kernel:
-        """The rates at the beginning, then step after step."""
+        """The kernel: initial rates, then the loop over steps."""
         o = self.context
         shorter = self.writer.variable("shorter", INT)
 
@@ -99,7 +99,7 @@ class _Explicit:
         return o.steps(begin, step, fixed=not self.tableau.errors)
 
     def stages(self, h: Term) -> None:
-        """k_1, …, y' and k_S."""
+        """Computes k_1, …, y' and k_S."""
         o = self.context
         for s, (c, row) in enumerate(zip(self.tableau.c[1:], self.tableau.a, strict=True), 1):
             self.stage(h, s, c, row)
@@ -110,7 +110,7 @@ class _Explicit:
         o.rate(self.rhs, o.get(Slot.TIME) + h, o.work, self.after, o.row(self.tableau.stages))
 
     def stage(self, h: Term, s: int, c: float, row: Row) -> None:
-        """k_s."""
+        """Computes k_s."""
         o = self.context
         with self.writer.count(o.n) as i:
             o.work[self.state + i] = o.y[i] + h * self.combined(row, i)
@@ -122,7 +122,7 @@ class _Explicit:
         return self.writer.sum([o.work[o.row(j) + i] * x for j, x in enumerate(weights) if x])
 
     def error(self, h: Term) -> Term:
-        """The largest error of a component, in tolerances; where it is, is noted. Without estimates it is zero, or NaN."""
+        """The largest error of a component in units of its tolerance; WORST is its index. Without estimates it is zero, or NaN."""
         w, o = self.writer, self.context
         largest = w.variable("error")
 
@@ -133,13 +133,13 @@ class _Explicit:
         return largest.get()
 
     def error_of(self, h: Term, i: Term) -> Term:
-        """The error of component i, in tolerances."""
+        """The error of component i in units of its tolerance."""
         w, o = self.writer, self.context
         allowed = o.allowed(i, o.work[self.after + i])
         return _joined(w, [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors])
 
     def decide(self, h: Term, last: Term, error: Term, shorter: Variable) -> None:
-        """The step is gone on from, or taken again."""
+        """Accepts or rejects the step, and chooses the size of the next one."""
         w, o = self.writer, self.context
         self.count_stiff(h, error)
         finite, power = o.power(error, self.tableau.exponent)
@@ -161,7 +161,7 @@ class _Explicit:
             o.shorten(h * w.compute("min", factor, 1.0), finite)
 
     def go_on(self, h: Term, last: Term, longer: Term, pace: Term) -> None:
-        """y at the end of the step; the next one is to be `longer`, if this one's `pace` goes on as it has come about."""
+        """Accepts the step; the next one has the size `longer`; `pace` is stored for its error control."""
         w, o, held, looks = self.writer, self.context, self.inspection.held, self.inspection.looks
         o.sample(h, lambda: None if looks else self.prepare(h), self.inspection.sample)
         o.put(Slot.PACE, pace)
@@ -173,14 +173,14 @@ class _Explicit:
         if held is not None:
             held.kept()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
-        # what is left before the end says nothing of the step that would do
+        # a step that was cut at the end is no measure for the next one
         with w.when(~last):
             o.put(Slot.STEP, longer)
 
     def count_stiff(self, h: Term, error: Term) -> None:
-        """Whether stability bounds the step: the last two stages at t + h tell of the largest rate, Hairer & Wanner II, sec. IV.2.
+        """Counts steps that stability limits, by the largest rate that the last two stages, at t + h, show: HW II, sec. IV.2.
 
-        Of instances of a queue nobody asks it.
+        Omitted for the instances of a queue.
         """
         w, o, s = self.writer, self.context, self.tableau.stages
         if self.tableau.c[-1] != 1.0 or not self.tableau.errors or o.queued:
@@ -200,7 +200,7 @@ class _Explicit:
             o.more(Slot.LIMITED, 1.0)
 
     def prepare(self, h: Term) -> None:
-        """The stages of dense output, and its weights."""
+        """Computes the stages of dense output, and its coefficients."""
         w, o, first = self.writer, self.context, self.tableau.stages + 1
         for s, (c, row) in enumerate(self.tableau.later, first):
             self.stage(h, s, c, row)
@@ -209,13 +209,13 @@ class _Explicit:
                 o.work[o.row(self.weights + k) + i] = h * self.combined(row, i)
 
     def prepare_where(self, h: Term, wanted: Term) -> None:
-        """The same where it is wanted, and events did not want it before."""
+        """The same if `wanted`, unless event detection has done it before."""
         if self.inspection.watched is None:
             with self.writer.when(wanted):
                 self.prepare(h)
 
     def between(self, h: Term) -> Dense:
-        """y at a share of the step by its ends and the rates there, which costs no stages."""
+        """The cubic Hermite interpolant through the states and rates at the ends of the step, without further stages."""
         w, o = self.writer, self.context
 
         def dense(theta: Term, array: Array, at: Term) -> None:
@@ -228,7 +228,7 @@ class _Explicit:
         return dense
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
-        """y at a share of the step, from a place on."""
+        """Writes y at a share of the step into an array, from an index on."""
         o = self.context
         rest = 1.0 - theta
         with self.writer.count(o.n) as i:
@@ -240,7 +240,7 @@ class _Explicit:
 
 
 def _joined(w: Writer, errors: Sequence[Term]) -> Term:
-    """One estimate is the error; of two, as Hairer, Nørsett & Wanner, sec. II.10, a/√(a² + b²/100) times a."""
+    """The error from one estimate, or from two, a and b, as a/√(a² + b²/100) times a: Hairer, Nørsett & Wanner, sec. II.10."""
     if len(errors) == 1:
         return errors[0]
     a, b = errors

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Collocation at Gauss's eight nodes, order 16: all stages in one call of the right-hand side, on eight lanes.
+"""Gauss collocation with eight stages, order 16: all stages in one call of the right-hand side, on eight vector lanes.
 
-Within a step the rates are polynomials k(θ) of degree 7 through their values K at the nodes, and y + h ∫ k is the state. They are
-found by fixed point from the last step's polynomials, extrapolated. Where q' = u_j, q is y_q + h c u_j + h² A² K_j and no unknown.
-What is sampled costs no evaluation.
+In a step the rates are polynomials k(θ) of degree 7 through their values K at the nodes, and y + h ∫ k is the state. K is computed by
+fixed-point iteration from the extrapolated polynomials of the last step. If q' is u_j, q is y_q + h c u_j + h² A² K_j and no unknown.
+Samples cost no evaluation.
 
-The error of component i is judged by r = h |top coefficient of k_i| / (|y_i| + atol/rtol). That of the end is about r², as the order
-is twice that of the stages, and that within the step 1e-6 r: r is held to √rtol, and steps are accepted up to thirty times that, as
-the end is better by far. Iterations end where the rest is a tenth of rtol. Source of the method: Hairer, Lubich & Wanner, *Geometric
-Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
+The error of component i is judged by r = h |leading coefficient of k_i| / (|y_i| + atol/rtol). The error at the end is about r², as
+the order is twice that of the stages, and within the step 1e-6 r: r is kept to √rtol, and steps are accepted up to thirty times that,
+as the end is far more accurate. The iteration stops when its error is a tenth of rtol. Source of the method: Hairer, Lubich & Wanner,
+*Geometric Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 
-The stages see a jump of the rates where it lies between two nodes, as the polynomial through them is bent by it. Before the first node
-and behind the last one, a fiftieth of the step at either end, it leaves no trace in them: the state is off by the jump times that
-part of the step. So rates that may jump are evaluated at both ends too, and between the nodes, in one call. A smooth motion differs
-there by the next divided difference of its rates alone, which is ω(1) = 1/12870 of the one that the step is judged by, times their
-ratio.
+A jump of the rates between two nodes distorts the polynomial through the stages, which shows it. A jump before the first node or
+after the last one, in a fiftieth of the step at either end, does not affect the stages: the state is off by the jump times that part
+of the step. Rates that may jump are therefore evaluated at both ends and between the nodes too, in one call. Smooth rates differ from
+the polynomial only by the next divided difference, which is ω(1) = 1/12870 of the one that controls the step, times their ratio.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -55,24 +54,24 @@ def gauss_kernel(
     sided: bool = False,
     cornered: bool = False,
 ) -> Kernel:
-    """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
+    """The kernel. Besides the arguments of all steppers, `pairs` contains the (i, j) with q_i' = u_j, `free` the others but the last.
 
-    The last component is an integral that no rate holds. Where rates may jump, `cornered`, they are compared with their polynomials
-    along each step. `work` holds 35 n + 8 doubles: K, its extrapolation, the states and rates
-    of the stages, their times, h over the components' sizes, the end of the step. Steps are taken whose error is `accepted` times the
-    one that is wanted, after `rounds` iterations at most. Where constraints are `held`, the end of each step and each sample are moved
-    onto them; where it is `watched`, events are looked for, and switches where it is `sided`.
+    The last component is an integral on which no rate depends. If `cornered`, rates, which may jump, are compared with their
+    polynomials along each step. `work` contains 35 n + 8 doubles: K, its extrapolation, the states and rates of the stages, their
+    times, h over the sizes of the components, the end of the step. Steps are accepted with `accepted` times the desired error, after
+    at most `rounds` iterations. With `held`, the end of each step and each sample are projected onto the constraints; with `watched`,
+    events are detected, with `sided` switches too.
     """
     return _Gauss(accepted, rounds, held, watched, sided, cornered).kernel()
 
 
 def gauss_end(n: int) -> int:
-    """Where in `work` the end of a step stands, on its constraints, but for the last component."""
+    """The index in `work` of the end of a step, projected onto the constraints, except for the last component."""
     return 4 * STAGES * n + STAGES + n
 
 
 def gauss_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
-    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    """The state (k × n) as a function of times (k) in the step of length h from `start`, from the arrays of the kernel."""
     y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))
     n = len(y)
     begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES)
@@ -100,7 +99,7 @@ def _legendre(theta: Numbers) -> Numbers:
 
 @cache
 def _integrals() -> tuple[Numbers, Numbers]:
-    """∫ L_j and ∫∫ L_j from 0 to θ in P_0 … P_9 of 2 θ − 1 (10 × 8 each)."""
+    """Coefficients of ∫ L_j and ∫∫ L_j from 0 to θ in P_0 … P_9 of 2 θ − 1 (10 × 8 each)."""
     nodes, double = gauss(STAGES), 2.0 * np.arange(STAGES + 1) + 1
     p = np.eye(STAGES + 2)
     once = np.vstack([(p[0] + p[1]) / 2, (p[2:] - p[:-2]) / (2 * double[1:, None])])
@@ -110,7 +109,7 @@ def _integrals() -> tuple[Numbers, Numbers]:
 
 
 def along(theta: Numbers) -> tuple[Numbers, Numbers]:
-    """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
+    """∫ L_j and ∫∫ L_j (k × 8 each) from 0 to shares of a step (k)."""
     once, twice = (_legendre(theta) @ x for x in _integrals())
     return once, twice
 
@@ -135,22 +134,22 @@ def lagrange(nodes: Nodes, theta: float) -> Vector:
 
 
 def _columns(nodes: Nodes) -> Iterator[tuple[float, Vector]]:
-    """Of each node its weight, and P_0 … there."""
+    """For each node, its weight and P_0, P_1, … there."""
     return zip(nodes.b, zip(*nodes.legendre[: len(nodes.c)], strict=True), strict=True)
 
 
 _BETWEEN = (0.0, 0.06, 0.17, 0.32, 0.5, 0.68, 0.83, 1.0)
 _REACH = 0.02
-"""Share of a step that lies behind its last node."""
+"""Share of a step after its last node."""
 _TOLERANCES, _BENT = 5.0, 1.5e-5
-"""What is let pass: so many times rtol; and the share of the step's own estimate that is ten times what smooth rates leave there."""
+"""Tolerated differences: a multiple of rtol, and a share of the step's error estimate, ten times the one that smooth rates have."""
 
 
 @dataclass(frozen=True, slots=True)
 class DenseOutputWeights:
-    """Eight `shares` of a step; row j of `once`, `twice` and `rates` says what the rates at node j count in ∫ k, ∫∫ k and k there.
+    """Weights of the rates at the nodes: row j of `once`, `twice`, `rates` has those of node j in ∫ k, ∫∫ k, k at eight `shares`.
 
-    Where it is `ended`, the last state is the one that is gone on from, moved onto the constraints.
+    If `ended`, the last state is replaced by the projected one at which the motion continues.
     """
 
     shares: Vector
@@ -165,20 +164,20 @@ class DenseOutputWeights:
         return w.select(size > before, size, before) + size * w.lanes(*[0.0] * len(self.shares))
 
     def share(self, w: Writer, gaps: Term, rtol: Term, error: Term) -> Term:
-        """What a jump may have made of the state, by the gaps times h over sizes, over what is let pass."""
+        """The error of the state that a jump may have caused, by the gaps times h over sizes, relative to the tolerated one."""
         largest = w.compute("largest", gaps) + w.compute("sum", gaps) * 0.0
         return largest * _REACH / (rtol * _TOLERANCES + error * _BENT)
 
 
 @cache
 def events() -> DenseOutputWeights:
-    """The places at which events are looked at, but for the beginning of the step."""
+    """Weights at the places where event quantities are evaluated, without the beginning of the step."""
     return _along(SHARES[1:], True)
 
 
 @cache
 def defects() -> DenseOutputWeights:
-    """Both ends of the step, and places between."""
+    """Weights at both ends of the step and at places between."""
     return _along(_BETWEEN, False)
 
 
@@ -188,7 +187,7 @@ def _along(shares: Vector, ended: bool) -> DenseOutputWeights:
 
 
 def weights(w: Writer, theta: Term, nodes: Nodes) -> tuple[Term, Term]:
-    """What the rates of the nodes count in ∫ k and in ∫∫ k up to θ, lane by lane."""
+    """The weights of the rates at the nodes in ∫ k and ∫∫ k up to θ, one per lane."""
     count = len(nodes.c)
     x = theta * 2.0 - 1.0
     p = [w.constant(1.0), x]
@@ -202,7 +201,7 @@ def weights(w: Writer, theta: Term, nodes: Nodes) -> tuple[Term, Term]:
 
 
 class _Gauss:
-    """The kernel while it is written; places in `work` are terms."""
+    """Builds the kernel; indices in `work` are terms."""
 
     def __init__(self, accepted: float, rounds: int, held: bool, watched: bool, sided: bool, cornered: bool) -> None:
         self.accepted, self.rounds, self.cornered = accepted, rounds, cornered
@@ -227,7 +226,7 @@ class _Gauss:
     # ----------------------------------------------------------------------------------------------------- helpers
 
     def splat(self, x: Term) -> Term:
-        """A number in each lane."""
+        """A number in all lanes."""
         return self.writer.compute("splat8", x)
 
     def lanes(self, place: Term, i: Term, array: Array | None = None) -> Term:
@@ -235,19 +234,19 @@ class _Gauss:
         return (array or self.context.work).lanes(place + i * STAGES, STAGES)
 
     def keep(self, place: Term, i: Term, value: Term) -> None:
-        """The eight doubles of component i become `value`."""
+        """Stores the eight doubles of component i."""
         self.context.work.store(place + i * STAGES, value)
 
     def index(self, array: Array, at: Term) -> Term:
-        """An index that is kept as a double."""
+        """An index that is stored as a double."""
         return self.writer.compute("int", array[at])
 
     def each_free(self) -> AbstractContextManager[Term]:
-        """A loop over the places in `free`."""
+        """A loop over the entries of `free`."""
         return self.writer.count(self.free_count)
 
     def combined(self, place: Term, i: Term, columns: Sequence[Term | tuple[float, ...]]) -> list[Term]:
-        """Σ_j column_j times the rate of component i at node j, as products to be added."""
+        """The products of column_j and the rate of component i at node j, which the caller adds."""
         work = self.context.work
         return [self.splat(work[place + i * STAGES + j]) * column for j, column in enumerate(columns)]
 
@@ -259,7 +258,7 @@ class _Gauss:
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
-        """Step after step, the first one from the rates at its beginning."""
+        """The kernel: the loop over steps, the first one from its initial rates."""
 
         def step(h: Term, last: Term) -> None:
             self.guess(h)
@@ -269,7 +268,7 @@ class _Gauss:
         return self.context.steps(self.begin, step)
 
     def begin(self) -> None:
-        """The rates at the beginning of the step, in the place of K."""
+        """Evaluates the initial rates, which become the first guess of K, and chooses the first step."""
         o = self.context
         self.inspection.begin()
         now = self.at_one_state(o.get(Slot.TIME), lambda i: o.y[i])
@@ -278,7 +277,7 @@ class _Gauss:
         o.choose_step(1 / STAGES, lambda i: o.work[self.next + i * STAGES], self.at_one_state)
 
     def guess(self, h: Term) -> None:
-        """K of this step from that of the last one, unless it is FRESH."""
+        """Extrapolates K from the last step, unless the step is FRESH."""
         w, o = self.writer, self.context
         with w.when(o.get(Slot.FRESH) <= 0.0):
             share = self.splat(h / o.get(Slot.LAST_STEP)) * _N.c + 1.0
@@ -295,7 +294,7 @@ class _Gauss:
                 self.keep(self.next, i, w.sum(self.combined(self.k, i, columns)))
 
     def at_one_state(self, t: Term, y: Callable[[Term], Term]) -> Callable[[Term], Term]:
-        """The rates at one time and state."""
+        """Evaluates the rates at one time and state, and returns them by component."""
         with self.writer.count(self.context.n) as i:
             self.keep(self.states, i, self.splat(y(i)))
         self.tick(self.splat(t))
@@ -303,13 +302,13 @@ class _Gauss:
         return lambda i: self.context.work[self.rates + i * STAGES]
 
     def tick(self, times: Term) -> None:
-        """The times of the lanes, and the inputs there."""
+        """Stores the times of the lanes, and evaluates the inputs there."""
         o = self.context
         o.work.store(self.clock, times)
         o.drive(o.work.at(self.clock), o.work.at(self.states))
 
     def evaluate(self, to: Term | None = None) -> None:
-        """The rates at the stages' states."""
+        """Evaluates the rates at the states of the stages."""
         o = self.context
         o.follow(*(o.work.at(x) for x in (self.clock, self.states)))
         rates = o.work.at(self.rates if to is None else to)
@@ -317,7 +316,7 @@ class _Gauss:
         o.more(Slot.RATES, 1.0)
 
     def iterate(self, h: Term) -> None:
-        """The fixed point."""
+        """Solves for K by fixed-point iteration."""
         w, o = self.writer, self.context
         for j in range(STAGES):
             self.matrix[j].put(self.splat(h) * _N.a[j])
@@ -340,15 +339,15 @@ class _Gauss:
                 self.keep(self.next, i, rates)
             self.judge(self.largest(self.change.get()))
             with w.when(self.status.get() < 1):
-                # as they were just written, which is sooner than what was kept of them
+                # from the rates just written, which are read faster than their copy
                 self.stages(h, self.rates)
 
     def larger(self, a: Term, b: Term) -> Term:
-        """The larger one, or b: rates that are not finite are seen by their top coefficients."""
+        """The larger one, or b if a is NaN: rates that are not finite are detected by their leading coefficients."""
         return self.writer.select(a > b, a, b)
 
     def largest(self, lanes: Term) -> Term:
-        """The largest of several numbers."""
+        """The largest lane."""
         found = [self.writer.compute("lane", lanes, lane=k) for k in range(STAGES)]
         while len(found) > 1:
             half = len(found) // 2
@@ -356,11 +355,11 @@ class _Gauss:
         return found[0]
 
     def stages(self, h: Term, place: Term) -> None:
-        """The states at the nodes by the rates that are kept at a place."""
+        """Computes the states at the nodes from the rates at an index."""
         self.states_at(_N.c, h, place, lambda: [m.get() for m in self.matrix], lambda: [m.get() for m in self.square])
 
     def states_at(self, shares: Vector, h: Term, place: Term, once: Columns, twice: Columns) -> None:
-        """The states at eight shares of the step by the rates at a place, which count h ∫ L_j and h² ∫∫ L_j up to there."""
+        """Computes the states at eight shares of the step from the rates at an index, with weights h ∫ L_j and h² ∫∫ L_j."""
         w, o = self.writer, self.context
         with self.each_free() as at:
             i = self.index(self.free, at)
@@ -372,12 +371,12 @@ class _Gauss:
             self.keep(self.states, i, w.sum(terms) + straight)
 
     def judge(self, change: Term) -> None:
-        """Whether the rates are found, or no longer sought."""
+        """Decides whether the iteration has converged, or is given up."""
         w, o = self.writer, self.context
         before, rounds = self.before.get(), self.round.get()
         wanted = w.compute("max", o.get(Slot.RTOL) * _REST, _FLOOR)
         stalled = (rounds > 2) & (change >= before) & (change < _STALLED)
-        # the next change is about this one times its share of the one before, which is none at first
+        # the next change is about change²/before, where `before` is 0 at first
         with w.when((change <= wanted) | (change * change <= wanted * before) | stalled):
             self.status.put(_FOUND)
         with w.otherwise():
@@ -388,11 +387,11 @@ class _Gauss:
         self.round.put(rounds + 1)
 
     def target(self) -> Term:
-        """√rtol."""
+        """√rtol, the desired r."""
         return self.writer.compute("sqrt", self.context.get(Slot.RTOL))
 
     def measure(self) -> None:
-        """The largest top coefficient of a component, over what it should be."""
+        """Sets `error` to the largest r of a component, relative to the desired one."""
         w, o = self.writer, self.context
 
         def error(i: Term) -> Term:
@@ -402,7 +401,7 @@ class _Gauss:
         o.largest_error(self.error, error)
 
     def compare(self, h: Term) -> None:
-        """Rates between and beyond the nodes against their polynomials, which show no jump there: the error, where they differ."""
+        """Compares rates between and beyond the nodes with their polynomials, and raises `error` where they differ: a jump."""
         w, o = self.writer, self.context
         at = defects()
         self.inspection_states(h, at)
@@ -416,7 +415,7 @@ class _Gauss:
             self.error.put(share * self.accepted)
 
     def bend(self) -> Term:
-        """The largest change of rates along the step, times h over the component's size: what iterations leave hardly shows in it."""
+        """The largest change of a rate along the step, times h over the component's size; the iteration error hardly affects it."""
         w, o = self.writer, self.context
         largest = w.variable("bend")
         largest.put(0.0)
@@ -427,7 +426,7 @@ class _Gauss:
         return largest.get()
 
     def decide(self, h: Term, last: Term) -> None:
-        """The step is gone on from, or taken again."""
+        """Accepts or rejects the step."""
         w, o = self.writer, self.context
         self.measure()
         if self.cornered:
@@ -447,7 +446,7 @@ class _Gauss:
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
 
     def look_at(self, h: Term, last: Term) -> None:
-        """What of the step is looked at before it is gone on from."""
+        """Inspects the step before it is accepted."""
 
         def along(watched: Watched) -> None:
             self.inspection_states(h, events())
@@ -459,7 +458,7 @@ class _Gauss:
         self.inspection.look(h, last, self.after, along)
 
     def inspection_states(self, h: Term, at: DenseOutputWeights) -> None:
-        """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
+        """Computes the states at eight shares of the step, in place of the stages; the last is the end, projected if necessary."""
         w, o = self.writer, self.context
         once = [self.splat(h) * row for row in at.once]
         twice = [self.splat(h * h) * row for row in at.twice]
@@ -470,7 +469,7 @@ class _Gauss:
                 o.work[self.states + i * STAGES + (STAGES - 1)] = o.work[self.after + i]
 
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
-        """y at the end of the step; K of the step is kept for the next one, which is to be longer by a factor."""
+        """Accepts the step; keeps its K for the next one, whose size changes by a factor."""
         w, o = self.writer, self.context
         with w.when((self.error.get() <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(Slot.RTOL))):
             o.more(Slot.SMOOTH, 1.0)
@@ -490,7 +489,7 @@ class _Gauss:
             o.put(Slot.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
 
     def advance(self, h: Term) -> None:
-        """y at the end of the step; beside it, where constraints are held."""
+        """Computes y at the end of the step; in `work`, if it is to be projected."""
         w, o = self.writer, self.context
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
@@ -501,11 +500,11 @@ class _Gauss:
         self.straight(h, o.n - 1)
 
     def straight(self, h: Term, i: Term) -> None:
-        """y_i + h Σ b_j K_ij."""
+        """Computes y_i + h Σ b_j K_ij."""
         self.add(i, h * self.writer.compute("sum", self.lanes(self.rates, i) * _N.b))
 
     def add(self, i: Term, change: Term) -> None:
-        """y_i + change, what rounding leaves of it being kept."""
+        """Computes y_i + change by compensated summation."""
         o = self.context
         new, lag = add_exactly(o.y, o.lag, i, change)
         if self.held is None:
@@ -518,7 +517,7 @@ class _Gauss:
     # ----------------------------------------------------------------------------------------------------- samples
 
     def along(self, theta: Term, array: Array, to: Term) -> None:
-        """y at a share of the step, from a place on."""
+        """Writes y at a share of the step into an array, from an index on."""
         w, o, h = self.writer, self.context, self.step_length.get()
         once, twice = weights(w, theta, _N)
 

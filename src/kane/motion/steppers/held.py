@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Constraints along the steps of a kernel: states moved back onto them, and whether a step may have led where they are singular.
+"""The constraint solver of a kernel: projection of states, choice of dependent speeds, detection of singular constraints in a step.
 
-With rows and columns of A divided by their sizes, Ã = R⁻¹ A C⁻¹, a state is moved by the least changes in C δ,
+With rows and columns of A divided by their scales, Ã = R⁻¹ A C⁻¹, the corrections of a state have the least norm of C δ, C Δu,
 
-    δ  = −C⁻¹ Ãᵀ (Ã Ãᵀ)⁻¹ R⁻¹ f,  Δq = W δ          again and again, until rounding is left of f
+    δ  = −C⁻¹ Ãᵀ (Ã Ãᵀ)⁻¹ R⁻¹ f,  Δq = W δ          repeated until f is rounding
     Δu = −C⁻¹ Ãᵀ (Ã Ãᵀ)⁻¹ R⁻¹ (A u + b)
 
-where rows that follow from the others are left out. B are the columns of the dependent speeds. Between two states of a step B is
-regular if 1/‖B₁⁻¹‖ + 1/‖B₂⁻¹‖ exceeds what B moves on the way, which is looked at closer and closer (`kane.motion.projection`). What a
-kernel finds is only that there may be something: Python then looks at the step as at those of all methods.
+without redundant rows. B consists of the columns of Ã of the dependent speeds. Between two states of a step B is regular if 1/‖B₁⁻¹‖
++ 1/‖B₂⁻¹‖ exceeds the change of B from one to the other; intervals are refined until it does (`kane.motion.projection`). The kernel
+detects only that B may be singular: Python then examines the step as it does for all methods.
 """
 
 from collections.abc import Callable
@@ -21,24 +21,24 @@ from kane.program.kernel.writer import Array, Term, factor, invert, solve, total
 
 _ROUNDS = 6
 _CLOSED, _LEVEL = 2.0**-46, 2.0**-49
-"""Shares of the terms of f, and of A u + b, that rounding leaves."""
+"""Residuals of f and of A u + b, as shares of their terms, that are rounding."""
 POORLY = 0.25
-"""Share of the quality that is wanted, below which dependent speeds are given up though no others are better."""
+"""Share of the required quality below which dependent speeds are given up even if no others are better."""
 CHANGES = 64
-"""So many changes of dependent speeds are noted until Python collects them."""
+"""Capacity of the log of changes of dependent speeds, which Python empties."""
 _GROWN = 2.0
-"""Entries of Ã above which sizes are taken anew."""
+"""Entry of Ã above which the scales are computed anew."""
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
 _WIDE, _GOLDEN = 3.0, 0.381966011250105
-"""The same where a step is looked at in two parts, and the first of them: turns of B are whole in both only if they are many."""
+"""`_CURVED` for a step inspected in two parts, and the share of the first, the golden section: only many whole turns fit both."""
 POORER, DOUBTFUL = 1.0, 2.0
-"""What HELD says of a step: dependent speeds follow worse at its end; its constraints may be singular, or not be kept."""
+"""Values of HELD: dependent speeds are poorly determined at the end of a step; constraints may be singular in it or violated."""
 Dense = Callable[[Term, Array, Term], None]
-"""Writes the state at a share of the step into an array from a place on."""
+"""Writes the state at a share of the step into an array, from an index on."""
 
 
 class RoughDense(NamedTuple):
-    """The state along a step by what is known at both ends, and what prepares the exact one, where that is asked for."""
+    """An interpolant of the step from states and rates at its ends, and a function that prepares the exact one on a condition."""
 
     dense: Dense
     prepare: Callable[[Term], None]
@@ -47,22 +47,22 @@ class RoughDense(NamedTuple):
 COUNTS = (
     "closures", "rows", "speeds", "chosen", "chosen_closures", "entries", "turns", "spheres", "branches", "coordinates",
 )  # fmt: skip
-"""How many rows of f and of A, speeds, rows of B and of those that are closures, entries of A and of W, sets of Euler parameters,
-branches, coordinates."""
+"""Numbers of rows of f and of A, speeds, rows of B and of those from closures, nonzero entries of A and of W, sets of Euler
+parameters, branches, coordinates."""
 
 
 def room(n: int, counts: dict[str, int]) -> int:
-    """How many doubles the array `room` of `ConstraintSolver` has for n components."""
+    """The length of the array `room` of `ConstraintSolver` for n components."""
     c, m, s, d = (counts[name] for name in ("closures", "rows", "speeds", "chosen"))
     numbers = 2 * c + m + sum(counts[name] for name in ("branches", "entries", "turns"))
     return numbers + 2 * m + d * s + 7 * d * d + 2 * d + s + 2 * n
 
 
 class ConstraintSolver:
-    """The arguments that tell of the constraints, and what is done with them.
+    """The kernel's arguments for constraints, and the operations on them.
 
-    `constraints` gives f, the sizes of its terms, b, the cosines of the branches, and the entries of A and of W that are not zero.
-    `quiet` is up to which ‖Ã‖ ‖B⁻¹‖ it is known from the start that no other speeds follow better, where that is poor.
+    The routine `constraints` returns f, the sizes of its terms, b, the cosines of the branches, and the nonzero entries of A and of
+    W. `quiet` is the value of ‖Ã‖ ‖B⁻¹‖ up to which poor dependent speeds at the start are known to have no better alternative.
     """
 
     def __init__(self, context: StepperContext) -> None:
@@ -94,7 +94,7 @@ class ConstraintSolver:
         )
 
     def _room_layout(self) -> None:
-        """Where what stands in `room`."""
+        """Assigns the indices in `room`."""
         counts = (self.c, self.c, self.m, self.branches, self.a_count, self.w_count, self.m, self.m)
         square = self.d * self.d
         wide = (self.d * self.s, square * 2, square, square, square, square, square, self.d, self.d, self.s)
@@ -118,16 +118,16 @@ class ConstraintSolver:
         self.probe, self.state = at, at + self.context.n
 
     def index(self, array: Array, at: Term) -> Term:
-        """An index that is kept as a double."""
+        """An index that is stored as a double."""
         return self.writer.compute("int", array[at])
 
     def take(self, choice: Term) -> None:
-        """A choice of dependent speeds is at hand."""
+        """Selects a choice of dependent speeds."""
         with self.writer.few(self.d) as j:
             self.room[self.columns + j] = self.dependent[choice * self.d + j]
 
     def pick(self) -> None:
-        """B of Ã is at hand. Where lanes may have other dependent speeds there are few, and none is read at a place of its own."""
+        """Copies B from Ã. Lanes may differ in the choice of dependent speeds: columns are compared, and all lanes read one index."""
         w, room = self.writer, self.room
 
         def column(j: Term, k: Term) -> None:
@@ -143,24 +143,24 @@ class ConstraintSolver:
             column(j, self.index(self.dependent, j))
 
     def entry(self, i: Term, j: Term) -> Term:
-        """An entry of B."""
+        """Entry (i, j) of B."""
         return self.room[self.here + i * self.d + j]
 
     def copy(self, block: Term, to: Term) -> None:
-        """Numbers of one B are those of another one."""
+        """Copies one stored B to another."""
         with self.writer.few(self.d * self.d) as k:
             self.room[to + k] = self.room[block + k]
 
     def present(self) -> None:
-        """The choice of dependent speeds that is stepped is at hand."""
+        """Selects the dependent speeds in use."""
         self.take(self.writer.compute("int", self.context.get(Slot.CHOICE)))
 
     # --------------------------------------------------------------------------------------------- at a state
 
     def numbers(self, t: Term, array: Array, place: Term) -> None:
-        """f, A, b and the others at time t and the state at a place, whose Euler parameters are divided by their length before.
+        """Evaluates f, A, b and the rest at time t and the state at an index, whose Euler parameters are normalized first.
 
-        Routines read the state in `room`: lanes give them places that are the same in all.
+        Routines read the state from `room`: all lanes must pass them the same index.
         """
         w, o = self.writer, self.context
         with w.few(self.spheres) as k:
@@ -177,7 +177,7 @@ class ConstraintSolver:
         self.call(t, array.at(place), o.p.at(0), o.single_r.at(0), self.h.at(0), self.room.at(0))
 
     def matrix(self) -> None:
-        """Ã of the chosen rows."""
+        """Writes Ã of the chosen rows to `room`."""
         w, room = self.writer, self.room
         with w.few(self.d * self.s) as k:
             room[self.rows + k] = 0.0
@@ -188,7 +188,7 @@ class ConstraintSolver:
                 room[self.rows + slot * self.s + column] = room[self.a + e] * self.weights[e]
 
     def change(self, count: Term, right: Callable[[Term], Term]) -> None:
-        """δ for which the first `count` of the chosen rows change by `right`."""
+        """Solves for the δ by which the first `count` of the chosen rows change by `right`."""
         w, room, s = self.writer, self.room, self.s
         with w.few(count) as i, w.few(i + 1) as j:
             one, two = self.rows + i * s, self.rows + j * s
@@ -202,7 +202,7 @@ class ConstraintSolver:
             room[self.delta + j] = along * self.column_sizes[j]
 
     def rates_left(self, array: Array, place: Term) -> None:
-        """A u + b, and what its terms would be if the entries of A were as large as they have been in C u."""
+        """Computes the residuals A u + b and their scales |b_i| + R_i Σ_j C_j |u_j|, with the largest entries of A so far."""
         w, room, u = self.writer, self.room, place + self.coordinates
         fast = total(w, self.s, lambda j: w.compute("abs", array[u + j]) / self.column_sizes[j])
         with w.few(self.m) as i:
@@ -213,7 +213,7 @@ class ConstraintSolver:
             room[self.left + row] = room[self.left + row] + room[self.a + e] * array[u + column]
 
     def is_open(self, count: Term, left: Term, sizes: Term, share: float) -> Term:
-        """Whether more is left of one of the first chosen rows than rounding."""
+        """Whether a residual of the first `count` chosen rows exceeds the share of its terms."""
         w, room = self.writer, self.room
         self.open.put(0)
         with w.few(count) as k:
@@ -223,7 +223,7 @@ class ConstraintSolver:
         return self.open.get() > 0
 
     def project(self, t: Term, array: Array, place: Term) -> None:
-        """The state at a place moved onto the constraints at time t; whether something is left of them is told by `doubt`."""
+        """Projects the state at an index onto the constraints at time t; `doubt` is 1 if residuals remain or a branch is left."""
         w, room = self.writer, self.room
         self.numbers(t, array, place)
         self.rounds.put(0)
@@ -247,7 +247,7 @@ class ConstraintSolver:
             self.doubt.put(1)
 
     def move_speeds(self, array: Array, place: Term) -> None:
-        """The speeds of the state at a place become those that the constraints have, by what `left` says of them."""
+        """Corrects the speeds of the state by the least change that removes the residuals in `left`."""
         w, room = self.writer, self.room
         self.change(self.d, lambda k: -room[self.left + self.index(self.chosen, k)])
         with w.few(self.s) as j:
@@ -256,7 +256,7 @@ class ConstraintSolver:
         self.rates_left(array, place)
 
     def follow(self, t: Term, to: tuple[Array, Term], bound: tuple[Array, Term]) -> None:
-        """The speeds of a state that are not `bound` follow from those that are; `doubt` tells whether constraints are left open."""
+        """Solves the constraints for the speeds of a state that are not `bound`; `doubt` is 1 if residuals remain."""
         w, room, (array, place), (kept, first) = self.writer, self.room, to, bound
         self.numbers(t, array, place)
         self.doubt.put(0)
@@ -274,7 +274,7 @@ class ConstraintSolver:
             self.doubt.put(1)
 
     def regularity(self) -> None:
-        """`least`, and `share`, ‖Ã‖ over it."""
+        """Computes `least` = 1/‖B⁻¹‖ and `share` = ‖Ã‖ ‖B⁻¹‖, the reciprocal of the quality of the dependent speeds."""
         self.pick()
         self.bound()
         self.share.put(self.norm(self.d * self.s, lambda k: self.room[self.rows + k]) * self.inverse.get())
@@ -284,7 +284,7 @@ class ConstraintSolver:
         return self.writer.compute("sqrt", total(self.writer, count, lambda k: of(k) * of(k)))
 
     def bound(self) -> None:
-        """`least`, 1/‖B⁻¹‖. Of two rows, which most loops have, ‖B⁻¹‖ = ‖B‖/|det B|."""
+        """Computes `inverse` = ‖B⁻¹‖ and `least`, its reciprocal. For two rows, as most loops have, ‖B⁻¹‖ = ‖B‖/|det B|."""
         w, room, d = self.writer, self.room, self.d
         with w.when((d < 2) | (d > 2)):
             with w.few(d) as i, w.few(d) as j:
@@ -304,7 +304,7 @@ class ConstraintSolver:
     # -------------------------------------------------------------------------------------------- along a step
 
     def begin(self) -> None:
-        """Sizes are those of the state at the beginning, and what is known of those before: QUIET is zero then."""
+        """If QUIET is zero, initializes the scales from the state at the beginning and the entries of A so far, and QUIET."""
         w, o = self.writer, self.context
         self.known.put(0)
         with w.when(~(o.get(Slot.QUIET) > 0.0)):
@@ -317,7 +317,7 @@ class ConstraintSolver:
             o.put(Slot.QUIET, w.compute("max", self.quiet[0], 1 / POOR))
 
     def admit(self) -> None:
-        """The state is moved onto the constraints; speeds that these stop are zero, of which rounding would be left."""
+        """Projects the initial state; speeds that the constraints stop become zero, since only rounding would remain of them."""
         w, y, probe = self.writer, self.context.y, self.room
         with w.few(self.s) as j:
             probe[self.probe + j] = y[self.coordinates + j]
@@ -329,9 +329,9 @@ class ConstraintSolver:
             y[self.coordinates + j] = w.select(stopped, 0.0, left)
 
     def measure(self) -> None:
-        """R and C are the sizes that entries of A have had: of rows, and of columns whose rows are divided by theirs.
+        """Computes R, the largest entries of the rows of A so far, and C, those of the columns of R⁻¹ A.
 
-        Entries that are rounding of the largest have none.
+        Entries that are rounding of the largest one are ignored.
         """
         w = self.writer
         self.known.put(0)
@@ -354,16 +354,16 @@ class ConstraintSolver:
     def look(
         self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense, rough: RoughDense | None
     ) -> None:
-        """The `end` of a step is projected at its place; where there is a doubt that was not looked at, the kernel `asks`.
+        """Projects the `end` of a step and tests its constraints; a doubt that Python has not yet examined sets `asks`.
 
-        It measures before that, as entries of A may have grown since their sizes were taken, which projections go by.
+        Before that it updates the scales, on which projections depend, since entries of A may have grown, and repeats the step.
         """
         w, o = self.writer, self.context
         self.present()
         self.end(end, *to)
         poor = (self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))
         looked, own = o.get(Slot.LOOKED) > 0.0, w.compute("int", o.get(Slot.CHOICE))
-        whole = self.d >= self.s  # all speeds are dependent: there is no other choice
+        whole = self.d >= self.s  # all speeds are dependent: no other choice exists
         chooses = ((self.choices > 1) | whole) & ~looked
         self.next.put(w.select(poor & looked, own, w.integer(-1)))
         with w.when(poor & chooses):
@@ -393,20 +393,20 @@ class ConstraintSolver:
                 o.put(Slot.MEASURED, 1.0)
                 o.asks.put(ReturnCode.AGAIN)
             with w.otherwise():
-                with w.when(shorter):  # as others do, these alone do not follow there
+                with w.when(shorter):  # only the present choice is singular there, another one is not
                     o.put(Slot.STEP, h * 0.5)
                     o.asks.put(ReturnCode.AGAIN)
                 with w.otherwise():
                     with w.when((self.doubt.get() > 0) | unknown):
                         o.put(Slot.WORST, w.compute("float", next_))
                         o.asks.put(ReturnCode.LOOK)
-                    with w.otherwise():  # it goes over by itself: whatever else is asked in this step is no doubt
+                    with w.otherwise():  # the kernel changes the choice: a LOOK for events is no doubt
                         o.put(Slot.HELD, 0.0)
 
     def choose(self) -> None:
-        """`next` becomes the choice of dependent speeds that follow best at the state at hand, if they follow much better; else −1.
+        """Sets `next` to the best determined dependent speeds at the current state, if far better than the present ones.
 
-        It is the present one where no other one is better and these follow well enough.
+        Otherwise `next` is the present choice if that is acceptable, else −1.
         """
         w, o = self.writer, self.context
         own = w.compute("int", o.get(Slot.CHOICE))
@@ -426,7 +426,7 @@ class ConstraintSolver:
             self.next.put(own)
 
     def end(self, t: Term, array: Array, place: Term) -> None:
-        """The state at the end of a step projected; what entries of A have been is noted."""
+        """Projects the state at the end of a step and updates the largest entries of A; repeats that if the scales change."""
         w, room = self.writer, self.room
         self.grown.put(1)
         with w.repeat(lambda: self.grown.get() > 0):
@@ -444,7 +444,7 @@ class ConstraintSolver:
         self.context.put(Slot.SHARE, self.share.get())
 
     def sample(self, k: Term, t: Term, array: Array, place: Term) -> None:
-        """A sample projected, and marked where Python has to."""
+        """Projects sample k, and marks it if Python must project it instead."""
         w = self.writer
         self.project(t, array, place)
         self.regularity()
@@ -453,7 +453,7 @@ class ConstraintSolver:
         self.marks[k] = w.compute("float", self.doubt.get())
 
     def look_at(self, share: Term, t: Term, h: Term, dense: Dense) -> None:
-        """B and `least` at a share of the step of length h from t."""
+        """Evaluates B and `least` at a share of the step of length h from t."""
         dense(share, self.room, self.probe)
         self.numbers(t + share * h, self.room, self.probe)
         self.matrix()
@@ -461,9 +461,9 @@ class ConstraintSolver:
         self.bound()
 
     def goes_far(self, t: Term, h: Term, dense: Dense) -> Term:
-        """Whether B may be singular within a step, so that it is to be looked at closely: a look between its ends tells.
+        """Whether B may be singular in a step, according to one state between its ends, so that the step needs a closer inspection.
 
-        What it was at the beginning is known where a step ended there.
+        B at the beginning is known if a step ended there.
         """
         self.look_at(self.writer.constant(_GOLDEN), t, h, dense)
         far = self.known.get() < 1
@@ -473,7 +473,7 @@ class ConstraintSolver:
         return far
 
     def passage(self, t: Term, h: Term, dense: Dense) -> None:
-        """A doubt where B may have been singular within the step of length h from t."""
+        """Sets `doubt` if B may be singular within the step of length h from t."""
         w, done, ahead, before = self.writer, self.done, self.ahead, self.before
         ahead.put(w.select(self.known.get() > 0, _FIRST, -1.0))
         done.put(0.0)
@@ -499,11 +499,11 @@ class ConstraintSolver:
                     self.doubt.put(1)
 
     def moved(self, block: Term) -> Term:
-        """How far B is from what it was."""
+        """The Frobenius norm of the change of B from a stored one."""
         return self.norm(self.d * self.d, lambda k: self.room[self.here + k] - self.room[block + k])
 
     def kept(self) -> None:
-        """The step was gone on from, by other dependent speeds from there on, or poor ones, until they become poorer by a quarter."""
+        """Follows an accepted step; requests the change of dependent speeds, or tolerates poor ones until a quarter poorer."""
         w, o = self.writer, self.context
         self.copy(self.final, self.first)
         self.least_first.put(self.least_end.get())
@@ -519,7 +519,7 @@ class ConstraintSolver:
         o.renewed.put(w.select((self.next.get() >= 0) & ~stays, w.integer(1), w.integer(0)))
 
     def change_speeds(self) -> None:
-        """Other dependent speeds are stepped from here on."""
+        """Changes to the dependent speeds `next`, and logs the time."""
         w, o = self.writer, self.context
         self.known.put(0)
         new = w.compute("float", self.next.get())

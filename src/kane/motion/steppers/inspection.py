@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a kernel looks at of each step that it has found, before it goes on from it: constraints, events, switches."""
+"""The inspection of a computed step before it is accepted: constraints, events, switches."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from kane.program.kernel.writer import Term
 
 
 class StepInspection:
-    """Constraints that are `held` at the end of a step and events that are `watched` along it; `dense` is the state there."""
+    """Constraints that are `held` at the end of a step, and events that are `watched` along it; `dense` is the state in the step."""
 
     def __init__(
         self, context: StepperContext, dense: Dense, held: bool, watched: bool, sided: bool, wide: bool = False
@@ -21,7 +21,7 @@ class StepInspection:
         self.looks = held or watched
 
     def begin(self) -> None:
-        """Before a step that begins anew switches have their sides, and the choice of dependent speeds is at hand."""
+        """Before a step that starts anew: sets the sides of switches, and initializes the constraint solver."""
         if self.watched is not None and self.watched.sided:
             self.watched.settle()
         if self.held is not None:
@@ -30,9 +30,9 @@ class StepInspection:
     def look(
         self, h: Term, last: Term, at: Term, along: Callable[[Watched], None], rough: RoughDense | None = None
     ) -> None:
-        """A step of length h whose end stands in `work` at a place: `asks` tells whether Python looks before it is gone on from.
+        """Inspects a step of length h whose end is in `work` at an index: sets `asks` if it is not to be accepted as it is.
 
-        `along` gives the quantities of events along it, `rough` the states where these need not be exact.
+        `along` evaluates event quantities along it; `rough` is an interpolant for tests that need no exact states.
         """
         if not self.looks:
             return
@@ -48,7 +48,7 @@ class StepInspection:
                 self.watched.decide(begin, h, last)
 
     def follow(self, go_on: Callable[[], None]) -> None:
-        """The step is gone on from, ended at an event, or left to Python."""
+        """Accepts the step by `go_on`, ends it at an event, or sets the return code."""
         w, o = self.context.writer, self.context
         if not self.looks:
             go_on()
@@ -73,7 +73,7 @@ class StepInspection:
                     o.begin_step_anew()
 
     def sample(self, k: Term, theta: Term) -> None:
-        """Row k of the samples, at a share of the step."""
+        """Writes row k of the samples, at a share of the step."""
         o = self.context
         self.dense(theta, o.rows, k * o.n)
         if self.held is not None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The implicit midpoint rule at steps of one length: symplectic, so that the energy of conservative systems stays bounded for ever.
+"""The implicit midpoint rule with fixed steps: symplectic, so that the energy error of conservative systems stays bounded.
 
-k = f(t + h/2, y + h k/2) by fixed point down to rounding, y' = y + h k. Source: Hairer, Lubich & Wanner, *Geometric Numerical
-Integration*, 2nd ed. 2006, sec. II.1.3, VI.4.
+k = f(t + h/2, y + h k/2) by fixed-point iteration down to rounding, y' = y + h k. Source: Hairer, Lubich & Wanner, *Geometric
+Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VI.4.
 """
 
 from collections.abc import Callable
@@ -15,11 +15,11 @@ from kane.program.kernel.writer import Term
 _ITERATIONS = 50
 _FOUND, _LOST = 1, 2
 ROWS = 6
-"""k, its next iterate, the state of the stage; the end of the step, and the rates at both ends."""
+"""Rows of `work`: k, its next iterate, the state of the stage; the end of the step, and the rates at both ends."""
 
 
 def midpoint_kernel() -> Kernel:
-    """The kernel; `work` holds `ROWS` rows of n."""
+    """The kernel; `work` contains `ROWS` rows of n."""
     o = StepperContext("midpoint")
     w = o.writer
     rhs = w.callee("rhs", *RATE)
@@ -63,7 +63,7 @@ def midpoint_kernel() -> Kernel:
 
 
 def _judge(o: StepperContext, change: Term, before: Term, rounds: Term, put: Callable[[int], None]) -> None:
-    """Found where only rounding moves; lost where it does not get there."""
+    """The iteration has converged if only rounding changes k; it is given up after `_ITERATIONS` or if it diverges."""
     w = o.writer
     still = (change <= EPS) | ((rounds > 1) & (change >= before) & (change <= ROUNDED))
     with w.when(still):
@@ -73,7 +73,7 @@ def _judge(o: StepperContext, change: Term, before: Term, rounds: Term, put: Cal
 
 
 def _ends(o: StepperContext, rhs: Callable[..., None], h: Term) -> None:
-    """The end of the step, and the rates at both ends."""
+    """Computes the end of the step, and the rates at both ends."""
     with o.writer.count(o.n) as i:
         o.work[o.row(3) + i] = o.y[i] + (h * o.work[i] + o.lag[i])
     o.rate(rhs, o.get(Slot.TIME), o.y, 0, o.row(4))
@@ -81,7 +81,7 @@ def _ends(o: StepperContext, rhs: Callable[..., None], h: Term) -> None:
 
 
 def _between(o: StepperContext, h: Term, row: Term, theta: Term) -> None:
-    """y on Hermite's cubic from end to end."""
+    """Writes y at a share of the step, by the cubic Hermite interpolant."""
     with o.writer.count(o.n) as i:
         change = o.work[o.row(3) + i] - o.y[i]
         begin = h * o.work[o.row(4) + i] - change

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The queue from which lanes take up one instance after the other: a kernel that stores what has ended, and loads the next."""
+"""A queue from which vector lanes take one instance after the other: a kernel that stores ended instances and loads the next."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -8,13 +8,13 @@ from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Writer
 
 NEXT, COUNT, SIZES = 0, 1, 2
-"""Places in `queue`: the next instance, how many there are, the sizes of the arrays, and for each lane its instance, −1 for none."""
+"""Indices in `queue`: the next instance, their number, the sizes of the arrays; then the instance of each lane, −1 for none."""
 
 
 def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
-    """What `width` lanes call where some have ended, which is where BACK is not zero: it becomes zero where there is a next one.
+    """The kernel that `width` lanes call when some have ended, those with nonzero BACK; it becomes zero if another one is loaded.
 
-    `names` are the arrays of an instance; of those that it may have filled in part, events and actions, that part is stored.
+    `names` are the arrays of an instance; of the logs of events and actions only the filled part is stored.
     """
     w = Writer(f"next{width}")
     w.number("lanes")
@@ -25,7 +25,7 @@ def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
     own_at = SIZES + len(names)
 
     def places(of: Iterable[str], row: Term) -> Iterator[tuple[str, Array, Term]]:
-        """The arrays that there are, and where in a row their numbers stand."""
+        """The arrays that exist, and the index of each in a row."""
         there, length = [name for name in of if name in arrays], w.integer(0)
         for name in there:
             length = length + sizes[name]

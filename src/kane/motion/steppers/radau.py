@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Collocation at Radau's five nodes, order 9, for stiff equations: stages by Newton's method with exact derivatives.
+"""Radau IIA collocation with five stages, order 9, for stiff equations: stages by Newton's method with exact derivatives.
 
-With z_i the state at node i less y, Σ_j A⁻¹_ij z_j / h = f(t + c_i h, y + z_i), and y' = y + z_s. Each iteration solves for the three
-real and complex unknowns into which these fall apart (`radau_stages`), the complex ones as real systems of twice the size. J and its
-factors are kept while iterations converge fast and the step stays. The first guess is the last step's polynomial.
+With z_i the state at node i minus y, Σ_j A⁻¹_ij z_j / h = f(t + c_i h, y + z_i), and y' = y + z_s. Each iteration solves for one real
+and two complex unknowns into which these decouple (`radau_stages`), the complex ones as real systems of twice the size. J and its
+factors are kept while iterations converge fast and the step size stays. The first guess is the last step's polynomial.
 
-The error is (λ/h − J)⁻¹ times what f(y) differs by from the polynomial of the stages' rates: order 5. Between the nodes the state is
-ten times more exact than that, at the end by far: steps are taken up to ten tolerances of it. Where it is larger it is estimated again
-at y + error, as what is stiff has decayed there. Source: Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. 1996,
-sec. IV.8.
+The error estimate, of order 5, is (λ/h − J)⁻¹ times the difference, at t, of f(y) from the polynomial of the stages' rates. A step is
+accepted if it is within the tolerance; between the nodes the state is ten times more accurate than that, at the end far more. A
+larger estimate is repeated at y + error, where stiff components have decayed. Source: Hairer & Wanner, *Solving Ordinary Differential
+Equations II*, 2nd ed. 1996, sec. IV.8.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ STAGES = 5
 _M = radau_stages(STAGES)
 _PAIRS = len(_M.eigenvalues) - 1
 _FIRST, _STATE, AFTER, _AFTER_LAG, _SPARE, _RIGHT, Z = range(7)
-"""Rows of n doubles: f(y), a state, the end of the step and what rounding leaves of it, two more, the z_i."""
+"""Rows of n doubles: f(y), a state, the end of the step and its rounding error, two free ones, the z_i."""
 _BEFORE, _RATES, _PARTS = (Z + STAGES * k for k in (1, 2, 3))
 _ROWS = Z + 4 * STAGES
 _REST = 0.1
@@ -38,30 +38,30 @@ _HUGE = 1e300
 _GOING, _FOUND, _LOST = range(3)
 _OLD, _NEW = 1.0, 2.0
 LONG: tuple[Literal["float", "array"], ...] = (*RATE, "array")
-"""What the routine of J v takes: v is behind r."""
+"""Types of the arguments of the routine of J v: v follows r."""
 
 
 def radau_work(n: int) -> int:
-    """How many doubles `work` has for n components."""
+    """The length of `work` for n components."""
     return _ROWS * n + n * n * (2 + 4 * _PAIRS) + n * (1 + 2 * _PAIRS) + 3
 
 
 def radau_kernel(held: bool = False, watched: bool = False, sided: bool = False) -> Kernel:
-    """The kernel: besides what all steppers take, `jac` gives J without its last column, which is zero, or where `long` `along` J v.
+    """The kernel. Besides the arguments of all steppers, `jac` returns J without its last, zero column; if `long`, `along` J v.
 
-    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events, and
-    for switches where it is `sided`.
+    With `held`, the end of each step and each sample are projected onto the constraints; with `watched`, events are detected, with
+    `sided` switches too.
     """
     return _Radau(held, watched, sided).kernel()
 
 
 def radau_end(n: int) -> int:
-    """Where in `work` the end of a step stands, on its constraints."""
+    """The index in `work` of the end of a step, projected onto the constraints."""
     return AFTER * n
 
 
 def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
-    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    """The state (k × n) as a function of times (k) in the step of length h from `start`, from the arrays of the kernel."""
     begin, n, stages = (given["y"] + given["lag"]).copy(), len(given["y"]), _M
     z, c = given["work"][Z * n : (Z + STAGES) * n].reshape(STAGES, n).copy(), np.array(stages.c)
 
@@ -76,7 +76,7 @@ def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[N
 
 
 class _Radau:
-    """The kernel while it is written; places in `work` are terms."""
+    """Builds the kernel; indices in `work` are terms."""
 
     def __init__(self, held: bool, watched: bool, sided: bool) -> None:
         self.context = o = StepperContext("radau9")
@@ -93,7 +93,7 @@ class _Radau:
         self.error, self.shorter = w.variable("error"), w.variable("shorter", INT)
 
     def _work_layout(self) -> None:
-        """Where matrices, and the numbers that are kept between calls, stand in `work`."""
+        """Assigns the indices in `work` of matrices and of the numbers that are kept between calls."""
         n, at = self.context.n, self.context.row(_ROWS)
         self.slopes, at = at, at + n * n
         sizes = [n, *[n * 2] * _PAIRS]
@@ -104,13 +104,13 @@ class _Radau:
         self.known, self.factored, self.followed = at, at + 1, at + 2
 
     def row(self, k: int, j: int = 0) -> Term:
-        """Row j behind row k."""
+        """The index of row k + j."""
         return self.context.row(k + j)
 
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
-        """The rates at the beginning, then step after step."""
+        """The kernel: initial rates, then the loop over steps."""
         o = self.context
 
         def begin() -> None:
@@ -130,7 +130,7 @@ class _Radau:
         return o.steps(begin, step)
 
     def linearize(self, h: Term) -> None:
-        """J, where it is not kept, and the factors of λ/h − J, where h or J are others."""
+        """Evaluates J, unless it is kept, and factorizes λ/h − J if h or J has changed."""
         w, o, n = self.writer, self.context, self.context.n
         with w.when(o.work[self.known] <= 0.0):
             o.drive(o.get(Slot.TIME), o.y.at(0))
@@ -139,7 +139,7 @@ class _Radau:
             with w.otherwise():
                 given = o.y.at(0), o.p.at(0), o.r.at(0), self.hj.at(0)
                 self.jac(o.get(Slot.TIME), *given, o.work.at(self.slopes))
-            # what has no derivative counts as not changing: J steers iterations, and judges none
+            # a derivative that does not exist counts as zero: J affects convergence, not the solution
             with w.count(n * (n - 1)) as i:
                 slope = o.work[self.slopes + i]
                 o.work[self.slopes + i] = w.select(w.compute("abs", slope) < _HUGE, slope, 0.0)
@@ -152,7 +152,7 @@ class _Radau:
             o.work[self.factored] = h
 
     def by_columns(self) -> None:
-        """J, a column at a time."""
+        """Evaluates J column by column."""
         w, o, n = self.writer, self.context, self.context.n
         unit, found = self.row(_SPARE), self.row(_RIGHT)
         with w.count(n) as j:
@@ -166,7 +166,7 @@ class _Radau:
                 o.work[self.slopes + i * (n - 1) + j] = o.work[found + i]
 
     def matrix(self, value: complex, h: Term, at: Term, size: Term) -> None:
-        """λ/h − J at a place, of complex λ as [[ℜ − J, −ℑ], [ℑ, ℜ − J]]."""
+        """Writes λ/h − J to an index, with complex λ as [[ℜ − J, −ℑ], [ℑ, ℜ − J]]."""
         w, o, n = self.writer, self.context, self.context.n
         work, copies = o.work, (0, 1) if value.imag else (0,)
         with w.count(size * size) as i:
@@ -182,7 +182,7 @@ class _Radau:
                 work[at + (i + n) * size + i] = value.imag / h
 
     def guess(self, h: Term) -> None:
-        """z by the polynomial of the last step, or zero."""
+        """Sets z from the polynomial of the last step, or to zero."""
         w, o = self.writer, self.context
         with w.when(o.work[self.followed] > 0.0):
             share = h / o.get(Slot.LAST_STEP)
@@ -195,7 +195,7 @@ class _Radau:
             o.work[self.row(Z) + i] = 0.0
 
     def lagrange(self, theta: Term) -> list[Term]:
-        """The weights of z in the state at a share of the step."""
+        """The weights of the z_i in the state at a share of the step."""
         differences = [theta - c for c in _M.c]
         below, above = [theta], [self.writer.constant(1.0)]
         for d in differences[:-1]:
@@ -207,7 +207,7 @@ class _Radau:
     # --------------------------------------------------------------------------------------------------- iteration
 
     def iterate(self, h: Term) -> None:
-        """Newton's iterations, down to a tenth of the tolerance."""
+        """Newton iteration, down to a tenth of the tolerance."""
         w = self.writer
         self.status.put(_GOING)
         self.round.put(0)
@@ -221,7 +221,7 @@ class _Radau:
             self.judge(self.change.get())
 
     def residuals(self, h: Term) -> None:
-        """f less A⁻¹ z / h, split."""
+        """Computes f − A⁻¹ z / h, transformed by `split`."""
         w, o = self.writer, self.context
         for k, c in enumerate(_M.c):
             with w.count(o.n) as i:
@@ -236,7 +236,7 @@ class _Radau:
                 o.work[self.row(_PARTS, k) + i] = w.sum([x * y for x, y in zip(left, own, strict=True)])
 
     def move(self) -> None:
-        """z moves by what was solved for; the largest change, in tolerances."""
+        """Adds the solution to z; sets `change` to its largest component in units of the tolerance."""
         w, o = self.writer, self.context
         self.change.put(0.0)
         with w.count(o.n) as i:
@@ -249,7 +249,7 @@ class _Radau:
                 self.change.put(w.compute("max", self.change.get(), w.compute("abs", moved) / allowed))
 
     def judge(self, change: Term) -> None:
-        """Whether z is found, or no longer sought."""
+        """Decides whether z has converged, or the iteration is given up."""
         w, rounds, before = self.writer, self.round.get(), self.before.get()
         rate = w.select(rounds > 0, change / before, 1.0)
         left = w.select(rounds > 0, change * (rate / (1.0 - rate)), change)
@@ -268,7 +268,7 @@ class _Radau:
     # ------------------------------------------------------------------------------------------------------- error
 
     def measure(self, h: Term) -> None:
-        """The largest error of a component, over what is accepted; where it is, is noted."""
+        """Sets `error` to the largest error of a component in units of its tolerance; stores the index in WORST."""
         w, o = self.writer, self.context
         with w.count(o.n) as i:
             z = [o.work[self.row(Z, j) + i] * x for j, x in enumerate(_M.estimate)]
@@ -284,7 +284,7 @@ class _Radau:
             self.filtered(_RATES)
 
     def filtered(self, rates: int) -> None:
-        """The error by the rates at the beginning that stand in a row."""
+        """The error estimate with the initial rates that are in a row."""
         w, o = self.writer, self.context
         right, (at, size, swaps) = self.row(_RIGHT), self.factors[0]
         with w.count(o.n) as i:
@@ -298,7 +298,7 @@ class _Radau:
         o.largest_error(self.error, error)
 
     def decide(self, h: Term, last: Term) -> None:
-        """The step is gone on from, or taken again: with a new J first, where iterations were lost by an old one."""
+        """Accepts the step or repeats it: with a new J first, if the iteration failed with an old one."""
         w, o = self.writer, self.context
         with w.when(self.status.get() > _FOUND):
             with w.when(o.work[self.known] < _NEW):
@@ -324,7 +324,7 @@ class _Radau:
     # -------------------------------------------------------------------------------------------------------- steps
 
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
-        """y at the end of the step; J and its factors are kept where that pays."""
+        """Accepts the step; keeps J and its factors if the iteration converged fast."""
         w, o, held = self.writer, self.context, self.inspection.held
         o.sample(h, lambda: None, self.inspection.sample)
         o.advance(h, last)
@@ -340,12 +340,12 @@ class _Radau:
         fast = self.rate_of.get() <= _FAST
         o.work[self.known] = w.select(fast, _OLD, 0.0)
         same = fast & (factor >= 1.0) & (factor <= _SAME)
-        # what is left before the end says nothing of the step that would do
+        # a step that was cut at the end is no measure for the next one
         with w.when(~last):
             o.put(Slot.STEP, h * w.select(same, 1.0, factor))
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
-        """y at a share of the step, from a place on."""
+        """Writes y at a share of the step into an array, from an index on."""
         w, o = self.writer, self.context
         weights = self.lagrange(theta)
         with w.count(o.n) as i:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The integrators that run in machine code: a new one is a file and a row here."""
+"""The table of integrators in machine code: a new one takes a file and a row here."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,16 +17,14 @@ from kane.program.native.machine import Settings
 
 @dataclass(frozen=True, slots=True)
 class Integrator:
-    """An integrator: its kernel, and how many doubles it works in for n components.
+    """An integrator: its kernel, and the length of its array `work` for n components.
 
-    It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
-    inputs may be functions in Python, which it asks at each stage: none lies behind the step, where they may jump or end. The
-    steps of a `fixed` one are as long as `max_step`. One that `holds` constraints has another kernel for that:
-    `kernel(held=True)`, one that watches for events: `kernel(watched=True)`, and for switches too: `kernel(watched=True, sided=True)`;
-    one that `collocates` has another one for rates with corners, which its stages alone may miss: `kernel(cornered=True)`. An
-    `implicit` one takes derivatives of the rates; one that `queues` runs many instances in lanes: `kernel(queued=True)`. One that
-    watches tells of the step that it has found: `dense(given, h, start)` is the state along it, and `end(n)` says where in `work` its
-    end stands.
+    It evaluates rates at `width` states at once, and detects events if it `watches`. If it is `driven`, inputs may be functions in
+    Python, which it calls at each stage: no stage is beyond the end of the step, where they may jump or be undefined. A `fixed` one
+    takes steps of size `max_step`. Options of the kernel: `held=True` for constraints, if it `holds` these; `watched=True` for
+    events, and `sided=True` for switches too; `cornered=True`, if it `collocates`, for rates with corners, which its stages alone may
+    miss; `queued=True`, if it `queues`, for many instances in lanes. An `implicit` one takes derivatives of the rates. For one that
+    watches, `dense(given, h, start)` is the state along the computed step, and `end(n)` the index of its end in `work`.
     """
 
     name: str
@@ -45,12 +43,12 @@ class Integrator:
 
 
 def _late(module: str, name: str) -> Callable[..., Any]:
-    """A function of a stepper that is imported when it is first called, as its numbers take their time."""
+    """A function of a stepper's module, imported at its first call since the import of coefficients takes time."""
     return lambda *args, **options: getattr(import_module(f"kane.motion.steppers.{module}"), name)(*args, **options)
 
 
 def _explicit(name: str, driven: bool = True, fixed: bool = False) -> Integrator:
-    """One whose tableau stands in the module of its name, by that in capitals; a `driven` one has no stage behind the step."""
+    """The integrator whose tableau is in the module of its name, in capitals; a `driven` one has no stage beyond the step."""
 
     def of_tableau(function: str) -> Callable[..., Any]:
         return lambda *args, **options: _late("explicit", function)(tableau(name), *args, **options)
@@ -70,7 +68,7 @@ def _explicit(name: str, driven: bool = True, fixed: bool = False) -> Integrator
 
 
 def tableau(name: str) -> Any:
-    """The table of numbers of an explicit method."""
+    """The `Tableau` of an explicit method."""
     return getattr(import_module(f"kane.motion.steppers.{name}"), name.upper())
 
 
@@ -104,9 +102,9 @@ EXPLICIT = (
     _explicit("tsit5"),
     _explicit("rk4", fixed=True),
 )
-"""Those that are tables of numbers."""
+"""The explicit Runge–Kutta methods."""
 INTEGRATORS = {i.name: i for i in (GAUSS16, *EXPLICIT, MIDPOINT, RADAU9)}
-"""By the name that `simulate` takes as method."""
+"""All integrators, by their names as `method` of `simulate`."""
 
 
 @cache
@@ -118,6 +116,6 @@ def compiled(
     cornered: bool = False,
     sided: bool = False,
 ) -> CompiledKernel:
-    """An integrator in machine code: one for all models, others for those with constraints, events, switches, and corners."""
+    """A compiled integrator: one kernel for all models, with variants for constraints, events, switches, and corners."""
     asked = {"held": held, "watched": watched, "sided": sided, "cornered": cornered and INTEGRATORS[name].collocates}
     return CompiledKernel(INTEGRATORS[name].kernel(**{what: True for what, so in asked.items() if so}), settings)

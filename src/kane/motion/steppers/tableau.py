@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Explicit embedded Runge–Kutta methods as tables of numbers, which check their own sums.
+"""Explicit embedded Runge–Kutta methods as tables of coefficients, whose sums are checked.
 
-A step of length h from y gives k_s = f(t + c_s h, y + h Σ a_sj k_j), y' = y + h Σ b_j k_j, and k_S = f(t + h, y'), which is the first
-of the next step. Dense output may take more stages; it is y + h Σ_k φ_k(θ) Σ_j d_kj k_j with φ = θ, θ(1−θ), θ²(1−θ), θ²(1−θ)², …, of
-which only the first is not zero at both ends.
+A step of length h from y computes k_s = f(t + c_s h, y + h Σ a_sj k_j), y' = y + h Σ b_j k_j, and k_S = f(t + h, y'), the first k of
+the next step. Dense output may take more stages; it is y + h Σ_k φ_k(θ) Σ_j d_kj k_j with φ = θ, θ(1−θ), θ²(1−θ), θ²(1−θ)², …; all
+but the first are zero at both ends.
 """
 
 import math
@@ -16,15 +16,15 @@ Row = tuple[float, ...]
 
 
 def numbers(text: str) -> tuple[Row, ...]:
-    """The rows of a table."""
+    """The rows of a table given as text."""
     lines = text.strip().splitlines()
     return tuple(tuple(map(float, line.split())) for line in lines)
 
 
 def hermite(b: Row, stages: int = 0) -> tuple[Row, ...]:
-    """Dense output by both ends' states and rates: weights of y' − y, of h k_0 less it, of twice it less h (k_0 + k_S).
+    """Dense output by the cubic Hermite interpolant: weights of y' − y, h k_0 − (y' − y), and 2 (y' − y) − h (k_0 + k_S).
 
-    There are more zeros behind where there are more stages in all.
+    They are padded with zeros to a larger number of `stages`.
     """
     change = (*b, *[0.0] * max(1, stages - len(b)))
     first, last = ([float(j == at) for j in range(len(change))] for at in (0, len(b)))
@@ -37,12 +37,12 @@ def hermite(b: Row, stages: int = 0) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Tableau:
-    """A method of an `order`, at steps of one length where it has no `errors`.
+    """A method of an `order`, with fixed steps if it has no `errors`.
 
-    `a` holds a row for each stage but the first, `errors` the weights of one or two estimates, k_S counted.
+    `a` has a row for each stage but the first; `errors` has the weights of one or two error estimates, including that of k_S.
 
-    `exponent` is that of the error in the next step's length, a sum of halves, quarters, …, which takes square roots alone. Of `later`
-    stages, for dense output, each row begins with c.
+    `exponent` is the power of the error in the step size control: a sum of halves, quarters, …, which takes square roots alone. A row
+    of `later`, the stages for dense output, is c and the row of a.
     """
 
     name: str
@@ -77,5 +77,5 @@ class Tableau:
 
     @property
     def stages(self) -> int:
-        """Evaluations a step, k_S counted and k_0 not."""
+        """The number of evaluations per step, which includes k_S but not k_0."""
         return len(self.b)

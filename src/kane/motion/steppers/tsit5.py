@@ -33,7 +33,7 @@ _POWERS = numbers("""
 
 
 def _nested(powers: tuple[Row, ...]) -> tuple[Row, ...]:
-    """Coefficients of θ, θ(1−θ), θ²(1−θ), θ²(1−θ)² in the place of those of powers."""
+    """Coefficients of θ, θ(1−θ), θ²(1−θ), θ²(1−θ)² from those of the powers of θ."""
     rows = []
     for _, second, third, fourth in powers:
         cubic = -third - 2 * fourth
@@ -42,4 +42,4 @@ def _nested(powers: tuple[Row, ...]) -> tuple[Row, ...]:
 
 
 TSIT5 = Tableau("tsit5", 5, _C, _A, _B, _ERRORS, 3 / 16, (), _nested(_POWERS))
-"""Six evaluations a step."""
+"""Six evaluations per step."""

@@ -2,8 +2,8 @@
 """Tsitouras & Papakostas's method of order 8 with an error estimate of order 7, and dense output of order 7.
 
 Source: Tsitouras & Papakostas, *Cheap error estimation for Runge–Kutta methods*, SIAM J. Sci. Comput. 20 (1999) 2067–2088. No dense
-output of it is published: that of here is worked out, with what it leaves free chosen for the least error, in
-`tests/motion/steppers/bootstrapped.py`.
+output is published for it; `tests/motion/steppers/bootstrapped.py` derives the one here and chooses its free coefficients for the
+least error.
 """
 
 from kane.motion.steppers.tableau import Tableau, hermite, numbers
@@ -50,7 +50,7 @@ _LATER = numbers("""
         0.26802410077157646 -0.3159306596286418 -0.03399140378877114 -0.09105771737538078 0.014099768912542473 \
         -0.010889912396341855 0.06855096343856551
 """)
-"""c of each stage of dense output, then its row."""
+"""c of each stage of dense output, followed by its row of a."""
 _DENSE = numbers("""
     -5.952850240680541 0 0 0 0 16.13824916497676 18.0349941312426 -2.873874668463586 18.525752579206326 \
         -17.057638171475627 1.4516587165971104 -0.23449547488022085 4.804660755241068 0.3661715908731722 \
@@ -69,4 +69,4 @@ _DENSE = numbers("""
 TSITPAP8 = Tableau(
     "tsitpap8", 8, _C, _A, _B, _ERRORS, 1 / 8, tuple((row[0], row[1:]) for row in _LATER), (*hermite(_B, 17), *_DENSE)
 )
-"""Thirteen evaluations a step, and three more where it is looked into."""
+"""Thirteen evaluations per step, and three more for dense output."""

@@ -2,7 +2,7 @@
 """Verner's method of order 9 with an error estimate of order 8, "most efficient", and dense output of order 8.
 
 Source: Verner, *Numerically optimal Runge–Kutta pairs with interpolants*, Numerical Algorithms 53 (2010) 383–396, and the author's
-tables with 40 digits. The powers of θ in its interpolant are written in θ, θ(1−θ), θ²(1−θ), ….
+tables with 40 digits. Its interpolant is rewritten from powers of θ to θ, θ(1−θ), θ²(1−θ), ….
 """
 
 from kane.motion.steppers.tableau import Tableau, numbers
@@ -56,7 +56,7 @@ _LATER = numbers("""
         -0.09051508172625873 -0.02537574270006131 -0.13596316968871622 -0.04679214284145113 0 0.05177958859391748 \
         0.09672595677476774 0.14773126903407427 -0.11507507129585039
 """)
-"""c of each stage of dense output, then its row."""
+"""c of each stage of dense output, followed by its row of a."""
 _DENSE = numbers("""
     0.9853880231415768 0 0 0 0 0 0 0.3915211862331339 -0.23109325002895065 -0.12747667699928525 -0.2246434176204158 \
         -0.5684352689748513 -0.058258715572158275 -0.13643174034822156 -0.030570139830827976 0 6.7e-37 1.59e-36 -4.7e-37 \
@@ -83,4 +83,4 @@ _DENSE = numbers("""
 VERN9 = Tableau(
     "vern9", 9, _C, _A, _B, _ERRORS, 7 / 64, tuple((row[0], row[1:]) for row in _LATER), ((*_B, *[0.0] * 5), *_DENSE)
 )
-"""Sixteen evaluations a step, and four more where it is looked into."""
+"""Sixteen evaluations per step, and four more for dense output."""

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events along a step: whether there may be one, from eight places of the step, of collocation in one call; where; what it does.
+"""Event detection along a step: possible crossings, from the values of the quantities at eight places; their times; actions.
 
-A quantity that surely keeps its sign is passed by. Passages of the others are located (`crossings`), noted in `log`, and the first
-that ends the motion or changes its state ends the step there: the state before it, and after its actions, are a row of `jumps`. What
-the kernel does not decide (`EventKind.ASKED`, what rests at its threshold, sides that no first derivative tells, one more event at the
-instant of an action) is looked at by Python, with the tests that say so for all methods (`hybrid.events`).
+A quantity that is proved to keep its sign is skipped. Crossings of the others are located (`crossings`) and recorded in `log`. The
+first event that ends the motion or changes its state ends the step there: the states before it and after its actions are a row of
+`jumps`. Python decides, with the tests of all methods (`hybrid.events`), what the kernel cannot: `EventKind.ASKED`, a quantity that
+stays at its threshold, a side that no first derivative determines, a further event at the instant of an action.
 
-The side of each switch is a number among the parameters, −1 or 1, on which its quantity is smooth across zero. A step that would pass
-zero is taken again up to there; then the switch turns. What comes back at once turns back, and where it does not lead on there either
-there is no side that does.
+The side of a switch is a parameter, −1 or 1; with a fixed side the rates are smooth across zero of its quantity. A step that would
+cross zero is repeated up to there; then the switch changes sides. If its quantity returns at once, the switch changes back, and if
+the motion does not continue on that side either, it continues on none.
 """
 
 from collections.abc import Callable
@@ -23,32 +23,32 @@ from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term
 
 PLACES = SHARES[1:]
-"""Shares of a step at which events are looked at, but for its beginning."""
+"""Shares of a step at which event quantities are evaluated, without its beginning."""
 ROOM = 3 * PARTS
-"""Where the quantities begin in `values`."""
+"""Index of the quantities in `values`."""
 LOOSE = 1e-2
-"""How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
+"""A pivot of W counts as zero below this share of rtol, or below rounding, times the largest value that it has had."""
 LOG, JUMPS = 1024, 64
-"""So many events, and actions, are noted until Python collects them."""
+"""Capacities of `log` and `jumps`, which Python empties."""
 Dense = Callable[[Term, Array, Term], None]
-"""Writes the state at a share of the step into an array from a place on."""
+"""Writes the state at a share of the step into an array, from an index on."""
 _AIMED, _SHORTER, _BACK = 1, 2, 3
-"""Why a step is taken again: it is to end where a switch turns; it is too long to tell how one leads on; switches turn back."""
+"""Why a step is repeated: it is to end at a switching time; it is too long to show to which side one leads; switches change back."""
 
 
 class Watched:
-    """The arguments that tell of events, and the look at a step.
+    """The kernel's arguments for events, and the inspection of a step.
 
-    `seen` holds the events' quantities at the beginning of the step, `largest` the sizes that they have had; `least` and `shares` of
-    that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 32 more.
-    Where it is `wide`, their routine takes the eight places at once, else one state; `glance` takes one state and gives the quantities
-    and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
-    of each, `actions` says by which event, and at which place: of the state, or behind its components of the parameters; at −1 a
-    value is to be above zero. Under constraints the speeds that none is set of follow.
-    `dense` is the state along the step, `held` what moves it onto constraints.
+    `seen` contains the event quantities at the beginning of the step, `largest` their largest absolute values so far; thresholds are
+    `least` plus `shares` of `largest`. `pivots` is 1 for those that must not come near zero. `values` has room for 9 of each and 32
+    more. If `wide`, the routine of the quantities takes the eight places at once, else one state; `glance` takes one state and
+    returns the quantities and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values
+    that actions assign: a row of `actions` has the event and the index of the value, in the state or, beyond it, in the parameters;
+    −1 requires a positive value. With constraints, speeds that no action assigns are solved for. `dense` is the state along the step,
+    `held` the constraint solver.
 
-    Where it is `sided` the quantities behind those of events are of switches, whose sides stand in p from `sides_at` on. `turns` holds
-    of each whether it turns, whether it came back, and what it was.
+    If `sided`, the quantities after those of events belong to switches, whose sides are in p from `sides_at` on. `turns` contains for
+    each whether it changes sides, whether it came back, and its last value.
     """
 
     def __init__(
@@ -78,28 +78,28 @@ class Watched:
             )
             self.first_turn = w.variable("first_turn")
         self.begin, self.length = w.variable("step_begin"), w.variable("step_length")
-        # in `instant`: the quantities and sizes after actions, how they leave, rates before and after, all of it before, what is set
+        # in `instant`: quantities and sizes after actions, rows of `leaves`, rates before and after, quantities before, values set
         self.rows = self.count * 2
         self.before_rates = self.rows + self.own * LEAVES
         self.after_rates = self.before_rates + self.own
         self.was = self.after_rates + self.own
         self.set_at = self.was + self.count * 2
-        self.bound = self.set_at + self.acts  # of each speed whether it stays as it is
-        self.kept_p = self.bound + context.n  # values of the parameters that are set, before
+        self.bound = self.set_at + self.acts  # per speed: 0 is solved for, 1 unchanged, 2 assigned
+        self.kept_p = self.bound + context.n  # previous values of assigned parameters
         self.kept_sides = self.kept_p + self.acts
         self.renews = w.variable("renews", INT)
 
-    # ---------------------------------------------------------------------------------------------------- the look
+    # --------------------------------------------------------------------------------------------------- detection
 
     def look(self, clock: Term, states: Term) -> None:
-        """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
+        """Sets `doubtful` if there may be an event; in `work`, states at the eight places are at `states`, their times at `clock`."""
         o = self.context
         o.follow(o.work.at(clock), o.work.at(states))
         self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(ROOM))
         self.compare()
 
     def look_along(self, t: Term, h: Term, place: Term, end: Term) -> None:
-        """The same where one state is looked at at a time, written into `work` at a place; the last, at `end`, is gone on from."""
+        """The same with one state at a time, written into `work` at an index; the last one is at `end`, where the motion continues."""
         w, o = self.writer, self.context
         one = (self.count + 3) * PARTS
         shares = one + self.count
@@ -116,12 +116,12 @@ class Watched:
         self.compare()
 
     def compare(self) -> None:
-        """What the values at the places tell."""
+        """Marks in `doubts` the quantities that may cross their thresholds or, as pivots, vanish, by the values at the places."""
         w = self.writer
         self.doubtful.put(0)
         with w.count(self.count) as e:
             new = self.at_nodes(e)
-            # one place on, behind what was seen at the beginning: what there was a place before
+            # shifted by one, after the value at the beginning: `old` is the value one place before
             self.values[PARTS - 1] = self.seen[e]
             self.values.store(PARTS, new)
             old = self.values.lanes(PARTS - 1, PARTS)
@@ -140,7 +140,7 @@ class Watched:
                 self.doubtful.put(1)
 
     def size(self, e: Term) -> Term:
-        """The largest that a quantity has been, the step with it."""
+        """The largest absolute value of a quantity so far, including the step."""
         w = self.writer
         size = w.compute(
             "max", w.compute("largest", w.compute("abs", self.at_nodes(e))), w.compute("abs", self.seen[e])
@@ -155,10 +155,10 @@ class Watched:
         """The quantity of an event at the eight places."""
         return self.values.lanes(e * PARTS + ROOM, PARTS)
 
-    # ----------------------------------------------------------------------------------------------- what is there
+    # ---------------------------------------------------------------------------------------------------- location
 
     def ask(self, share: Term, array: Array, place: Term) -> None:
-        """The quantities at a share of the step, and the sizes of their terms."""
+        """Writes the quantities at a share of the step, then the sizes of their terms."""
         t = self.begin.get() + share * self.length.get()
         self.dense(share, self.probe, self.writer.integer(0))
         self.at_state(self.glance, t, (self.probe, self.writer.integer(0)), (array, place))
@@ -166,7 +166,7 @@ class Watched:
     def at_state(
         self, routine: tuple[Callable[..., None], Array], t: Term, state: tuple[Array, Term], to: tuple[Array, Term]
     ) -> None:
-        """A routine of one state is called, which stands in `probe`: lanes give routines places that are the same in all."""
+        """Calls a routine with one state, copied to `probe`: all lanes must pass routines the same index."""
         o, (call, h), (array, at), (out, place) = self.context, routine, state, to
         if array is not self.probe:
             with self.writer.count(o.n) as i:
@@ -175,7 +175,7 @@ class Watched:
         call(t, self.probe.at(0), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
 
     def decide(self, t: Term, h: Term, last: Term) -> None:
-        """Of a step of length h from t that was looked at the passages; `asks` why it is not gone on from, if it is not."""
+        """Locates the crossings in a step of length h from t that was inspected; sets `asks` if the step is not accepted."""
         w, o, c = self.writer, self.context, self.crossings
         c.clear()
         if self.sided:
@@ -206,7 +206,7 @@ class Watched:
                             c.put("asked", 0)
                     with w.when(self.rests.get() > 0):
                         c.put("asked", 1)
-            if self.sided:  # beyond a switch nothing is known of other quantities
+            if self.sided:  # beyond a switching time other quantities are unknown
                 self.turn(h)
             c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
             full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
@@ -224,22 +224,22 @@ class Watched:
         return (kind >= float(EventKind.TURNS)) & (kind < float(EventKind.ENDS))
 
     def side_index(self, e: Term) -> Term:
-        """Where in p the side of a switch stands."""
+        """The index in p of the side of a switch."""
         return self.sides_at + e - self.own
 
     def mark(self, row: int, e: Term) -> Term:
-        """A place in `turns`: 0 whether a switch turns, 1 whether it came back, 2 what its quantity was.
+        """An index in `turns`. Rows for a switch: 0 whether it changes sides, 1 whether it came back, 2 its last value.
 
-        Of an event 0 whether it is met where a switch turns, 1 whether it was met before it passes, 2 how far from its threshold.
+        For an event: 0 whether it occurs at a switching time, 1 whether it was recorded before it crosses, 2 its last distance.
         """
         return self.count * row + e
 
     def expected(self, e: Term) -> Term:
-        """Whether an event was seen where switches turn, up to which the step was taken again."""
+        """Whether an event was located at the switching time up to which the step is repeated."""
         return self.turns[self.mark(0, e)] > 0.0
 
     def meet_expected(self, e: Term, last: Term) -> None:
-        """One that the end of the step leaves before its threshold is met there; where it passes then it was met before."""
+        """Records an expected event at the end of a step that does not quite reach its threshold; drops the crossing after that."""
         w, c, passed = self.writer, self.crossings, self.crossings.get("found") > self.before.get()
         early, none = self.turns[self.mark(1, e)] > 0.0, ~passed & ~(c.get("asked") > 0)
         with w.when(early & passed):
@@ -248,21 +248,21 @@ class Watched:
             c.meet(w.constant(1.0), e)
 
     def keep_early(self, e: Term, gap: Term) -> None:
-        """An event that was met before it passes, by what is left to its threshold after a step, still has to pass if that is less."""
+        """An event that was recorded before its crossing still has to cross while its distance from the threshold decreases."""
         early, left, size = self.turns[self.mark(1, e)], self.mark(2, e), self.writer.compute("abs", gap)
         before = (gap * (self.seen[e] - self.threshold(e)) > 0.0) & ((early > 1.5) | (size <= self.turns[left]))
         self.turns[self.mark(1, e)] = self.writer.select((early > 0.0) & before, 1.0, 0.0)
         self.turns[left] = size
 
     def decided(self, verdict: int, e: Term) -> None:
-        """A verdict on the step, for a switch, unless there is one that weighs more."""
+        """Sets the verdict on the step, for a switch, unless a more important one is set."""
         with self.writer.when(self.verdict.get() < verdict):
             self.verdict.put(verdict)
             if verdict > _BACK:
                 self.context.put(Slot.WORST, self.writer.compute("float", e))
 
     def leave_zero(self, e: Term, h: Term) -> None:
-        """Whether a quantity that is zero at the beginning of the step leaves it to its side."""
+        """Tests whether a switch's quantity that is zero at the beginning of the step leaves to its side."""
         w, o, c = self.writer, self.context, self.crossings
         c.put("threshold", 0.0)
         side = -c.direction(e)
@@ -284,7 +284,7 @@ class Watched:
                     self.decided(_BACK, e)
 
     def turn(self, h: Term) -> None:
-        """What becomes of a step in which switches turn."""
+        """Decides on a step in which switches change sides."""
         w, o, c = self.writer, self.context, self.crossings
         self.first_turn.put(2.0)
         with w.few(c.get("found")) as k:
@@ -301,17 +301,17 @@ class Watched:
                 o.asks.put(ReturnCode.STANDS)
 
     def near_time(self, h: Term) -> Term:
-        """The share of a step of length h within which switches turn at one time: rounding of the time leaves it, or more."""
+        """The share of a step of length h within which switching times are one, at least the rounding of the time."""
         return NEAR_TIME + 4 * EPS * self.writer.compute("abs", self.begin.get()) / h
 
     def take_again(self, h: Term) -> None:
-        """The step is shortened, or begins on other sides, or is to end where switches turn."""
+        """Repeats the step: shorter, on other sides, or up to a switching time."""
         w, o, c = self.writer, self.context, self.crossings
         o.asks.put(ReturnCode.AGAIN)
         back, aimed = self.verdict.get() >= _BACK, self.verdict.get() < _SHORTER
         with w.when(~aimed):
             self.no_end()
-            # of a step that turns back, steps of one length keep theirs, and others choose one
+            # after a change back, fixed steps keep their size, and others choose one
             o.put(Slot.STEP, w.select(back, o.get(Slot.STEP) if o.fixed else 0.0, h * LATER))
         with w.few(self.count) as e:
             returned = back & (self.turns[self.mark(0, e)] > 1.5)
@@ -336,19 +336,19 @@ class Watched:
                 o.put(Slot.END, self.begin.get() + self.first_turn.get() * h)
 
     def begin_on_other_sides(self) -> None:
-        """A step begins anew in which the marked switches have turned."""
+        """Restarts the step with the marked switches on their other sides."""
         self.context.put(Slot.SIDED, 2.0)
         self.context.begin_step_anew()
 
     def no_end(self) -> None:
-        """The end is no place at which a switch turns."""
+        """Restores the end after one that was a switching time."""
         o = self.context
         with self.writer.when(o.get(Slot.TURNING) > 0.0):
             o.put(Slot.END, o.get(Slot.BEYOND))
             o.put(Slot.TURNING, 0.0)
 
     def settle(self) -> None:
-        """The switches have the sides of the state at hand, or turn where they are to, with those that leap across zero then."""
+        """Sets the sides of switches from the current state, or changes those marked, then those whose quantities jump across zero."""
         w, o, c = self.writer, self.context, self.crossings
         values, turned = self.was, o.get(Slot.SIDED) > 1.0
         known = (o.get(Slot.SIDED) > 0.0) & ~turned
@@ -375,7 +375,7 @@ class Watched:
             with w.when(self.again.get() > 0):
                 w.rehoist(o.p)
             self.rounds.put(self.rounds.get() + 1)
-        # events keep what was seen of them: at a breakpoint they may pass between the end of one step and the beginning of the next
+        # events keep `seen`: at a breakpoint they may cross between the end of one step and the beginning of the next
         with w.few(self.count, self.own) as e, w.when(~known):
             value = self.instant[values + e]
             fresh = w.select(turned, self.turns[self.mark(0, e)] > 0.0, w.compute("abs", value) <= 0.0)
@@ -393,12 +393,12 @@ class Watched:
         o.put(Slot.SIDED, 1.0)
 
     def p_side(self, e: Term, side: Term) -> None:
-        """The side of a switch becomes this one: its quantity counts where it leaves it."""
+        """Sets the side of a switch; its quantity crosses in the direction that leaves it."""
         self.context.p[self.side_index(e)] = side
         self.crossings.kinds[e * KINDS + 1] = -side
 
     def steps_since(self, t: Term, h: Term) -> Term:
-        """Of how many steps like this one the motion is since it began, or an action was taken; without end for the shortest ones."""
+        """The number of steps of this size since the start or the last action; beyond any bound for the shortest ones."""
         o = self.context
         return self.writer.select(h < o.get(Slot.SPAN) * NEAR_TIME, 2 / NEAR_TIME, (t - o.get(Slot.PHASE)) / h + 2.0)
 
@@ -408,7 +408,7 @@ class Watched:
         return self.crossings.get("broken") <= 1.0
 
     def note(self, ended: tuple[Term, Term] | None = None) -> None:
-        """The passages that were found are noted, where the step has `ended` at a share with its time t; switches at the end turn."""
+        """Logs the crossings, those at the share where the step has `ended` at its time; marks switches there to change sides."""
         w, o, c = self.writer, self.context, self.crossings
         with w.few(c.get("found")) as k:
             which = w.compute("int", c.met[k * 2 + 1])
@@ -427,7 +427,7 @@ class Watched:
                     o.turned.put(1)
 
     def keep(self) -> None:
-        """What was seen at the end of the step is what there is at the beginning of the next one."""
+        """Takes the values at the end of the step as those at the beginning of the next one."""
         w, c = self.writer, self.crossings
         if self.sided:
             with w.few(c.get("found")) as k:
@@ -450,7 +450,7 @@ class Watched:
         self.note()
 
     def turned(self) -> None:
-        """After a step that was gone on from: where it ended at a place at which switches turn, a new one begins."""
+        """After an accepted step that ended at a switching time, restarts on the other sides."""
         o = self.context
         if self.sided and o.turned is not None:
             with self.writer.when(o.turned.get() > 0):
@@ -458,10 +458,10 @@ class Watched:
                 o.put(Slot.SINCE, 0.0)
                 self.begin_on_other_sides()
 
-    # ------------------------------------------------------------------------------------------------ what it does
+    # ----------------------------------------------------------------------------------------------------- actions
 
     def jump(self, sampled: Callable[[Term, Term], None]) -> None:
-        """The step ends at the first event that ends the motion or changes its state, which goes on from there."""
+        """Ends the step at the first event that ends the motion or changes its state, and continues from there."""
         w, o, c = self.writer, self.context, self.crossings
         share = c.get("broken")
         width = o.n * 2 + 2
@@ -510,12 +510,12 @@ class Watched:
                 self.be_at_the_end()
 
     def is_late(self, t: Term) -> Term:
-        """Whether no step leads on from a time to the end, which is as good as there."""
+        """Whether a time is too close to the end for another step, and counts as the end."""
         o = self.context
         return o.get(Slot.END) - t <= 10.0 * o.shortest()
 
     def be_at_the_end(self) -> None:
-        """The state at hand is that of the end, and of the samples up to there."""
+        """Takes the current state as that of the end, and of the samples up to there."""
         w, o = self.writer, self.context
         o.put(Slot.TIME, o.get(Slot.END))
         with w.repeat(lambda: self.is_behind(o.get(Slot.END))):
@@ -531,14 +531,14 @@ class Watched:
         return (at < w.compute("float", o.samples)) & (o.times[w.compute("int", at)] <= t)
 
     def at_once(self, k: Term, do: Callable[[], None], condition: Term) -> None:
-        """For the kth passage, if it is of the instant of the first that breaks, and the condition holds."""
+        """Runs `do` if the kth crossing is of the instant of the first that breaks, and the condition holds."""
         c = self.crossings
         near = 2 * SAME_TIME + 4 * EPS * self.writer.compute("abs", self.begin.get()) / self.length.get()
         with self.writer.when((c.met[k * 2] >= c.get("broken") - near) & condition):
             do()
 
     def begin_anew(self, t: Term, after: Term) -> None:
-        """The motion goes on from a time and a state."""
+        """Continues the motion from a time and a state."""
         w, o = self.writer, self.context
         o.put(Slot.TIME, t)
         o.put(Slot.TIME_LAG, 0.0)
@@ -563,10 +563,10 @@ class Watched:
             o.more(Slot.SAMPLE, 1.0)
 
     def take_actions(self, t: Term, before: Term, after: Term) -> None:
-        """The state after the actions, all from the state before; what is not sure is `asked`.
+        """Computes the state after the actions, all evaluated before them; sets `asked` if the result is uncertain.
 
-        `instant` takes the quantities before and after, with the sizes of their terms, and the rows of `leaves` from then on. Where a
-        switch is left at zero it is asked about.
+        `instant` receives the quantities before and after, with the sizes of their terms, and the new rows of `leaves`. A switch
+        whose quantity is then zero is left to Python.
         """
         w, o, c = self.writer, self.context, self.crossings
         own = self.own
@@ -574,7 +574,7 @@ class Watched:
         self.at_state(self.glance, t, (self.jumps, before), (self.instant, self.was))
         with w.count(o.n) as i:
             self.jumps[after + i] = self.jumps[before + i]
-        # by their doubts the events of this instant are told from now on: 2, and 3 where they act
+        # from here on `doubts` marks the events of this instant: 2, and 3 if they act
         with w.few(own) as e:
             self.doubts[e] = 0.0
         with w.few(c.get("found")) as k:
@@ -606,7 +606,7 @@ class Watched:
                 c.put("asked", 1)
 
     def set_values(self, t: Term, before: Term, after: Term) -> None:
-        """The values that the events of this instant set; two for one place are asked about."""
+        """Assigns the values of the events of this instant; inadmissible ones, and two for one index, are left to Python."""
         w, c = self.writer, self.crossings
         place = self.set_at
         self.at_state(self.act, t, (self.jumps, before), (self.instant, place))
@@ -625,19 +625,19 @@ class Watched:
                         c.put("asked", 1)
 
     def place(self, k: Term) -> Term:
-        """Where the kth value that actions set stands."""
+        """The index of the kth value that actions assign."""
         return self.writer.compute("int", self.actions[k * 2 + 1])
 
     def acts_now(self, k: Term) -> Term:
-        """Whether an event of this instant sets the kth value."""
+        """Whether an event of this instant assigns the kth value."""
         return self.doubts[self.writer.compute("int", self.actions[k * 2])] > 2.5
 
     def sets_parameter(self, k: Term) -> Term:
-        """Whether an event of this instant sets the kth value, of a parameter."""
+        """Whether an event of this instant assigns the kth value, to a parameter."""
         return self.acts_now(k) & (self.place(k) >= self.context.n)
 
     def set_parameters(self) -> None:
-        """Parameters become what events set them to, and what follows from them with them; what they were is kept."""
+        """Assigns parameters and updates the hoisted values; keeps the previous values."""
         w, o = self.writer, self.context
         self.renews.put(0)
         with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
@@ -649,7 +649,7 @@ class Watched:
             w.rehoist(o.p)
 
     def turn_over(self, t: Term, after: Term) -> None:
-        """Switches have the sides of the state after the actions."""
+        """Sets the sides of switches from the state after the actions."""
         w, c = self.writer, self.crossings
         self.at_state(self.glance, t, (self.jumps, after), (self.instant, w.integer(0)))
         self.again.put(0)
@@ -666,7 +666,7 @@ class Watched:
             w.rehoist(self.context.p)
 
     def follow(self, t: Term, after: Term) -> None:
-        """Speeds that are not set follow on the constraints: the dependent ones, or all where as many are set as are independent."""
+        """Solves for the dependent speeds, or for all that are not assigned if as many are assigned as are independent."""
         w, held = self.writer, self.held
         assert held is not None
         free = w.variable("unset", INT)
@@ -689,7 +689,7 @@ class Watched:
             self.crossings.put("asked", 1)
 
     def leave(self, e: Term, a: Term, t: Term) -> None:
-        """How a quantity, over its threshold a before the actions, leaves it after them, or that it is leapt across."""
+        """How a quantity, at a relative to its threshold before the actions, leaves it after them, or that it jumps across."""
         w, c = self.writer, self.crossings
         b, size = self.instant[e] - self.least[e], self.instant[self.count + e]
         old, new = self.instant[self.before_rates + e], self.instant[self.after_rates + e]
@@ -713,7 +713,7 @@ class Watched:
             c.put("found", at + 1)
         with w.when(mine & (there | leapt)):
             self.instant[row + 1] = side.get()
-            # the time of an event is known so exactly that the quantity may be beyond by as much, and by no more
+            # the error of the event's time bounds how far beyond its threshold the quantity may be
             apart = self.length.get() * SAME_TIME + w.compute("abs", t) * (8 * EPS)
             near = there & (side.get() * b < 0.0) & (w.compute("abs", b) <= 2.0 * w.compute("abs", a))
             near = near & (w.compute("abs", a) <= w.compute("abs", old) * apart)
@@ -727,7 +727,7 @@ class Watched:
 
 
 def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
-    """How many doubles the arrays of `Watched` have for so many quantities, events, values that are set, and components."""
+    """The lengths of the arrays of `Watched`, by the numbers of quantities, events, assigned values and components."""
     return {
         "values": count * (PARTS + 1) + 4 * PARTS,
         "doubts": count + 1,
