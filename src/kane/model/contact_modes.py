@@ -31,7 +31,7 @@ def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[An
 
 
 class Stand(NamedTuple):
-    """Contacts, by index, of one body with one plane of another, at more points than independent constraints need.
+    """Contacts, by index, of one body with one plane of another, whose constraints are redundant.
 
     N_i = Σ w_i0k R_k over `normals`; F_ij = Σ w_ijk R_k over `along` for those that stick, with multipliers R of the constraint rows.
     """

@@ -187,7 +187,7 @@ class ContactMotion:
                 flat = [i for i in off if i not in stays and down[i]]
             after[self.q : self.q + touch.width] += change
             off = [i for i in off if i not in stays]
-            flat, later = self._flat(t, after, stays, off, rebound)  # beside these others fall faster
+            flat, later = self._flat(t, after, stays, off, rebound)  # others fall faster beside these
             over = max(over, later)
         return after, self.layout.together(stays), over
 

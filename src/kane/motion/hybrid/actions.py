@@ -31,7 +31,7 @@ from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, SAME_TIME
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instant:
-    """A motion at time `t`: `first` equations and those of the mode `now`; `x` = (q, u, a); parameters and inputs of its `phase`."""
+    """A motion at time `t`: equations of the system, `first`, and of the mode, `now`; `x` = (q, u, a); parameters, inputs: `phase`."""
 
     first: Equations
     now: Equations
@@ -234,9 +234,9 @@ def after_actions(
 
 
 def beyond(before: Instant, after: Instant, events: Sequence[Event], length: float) -> dict[str, float]:
-    """How far beyond their thresholds quantities are that actions leave as they are, where the time of an event is known no better.
+    """The distances of quantities from their thresholds after actions, by event name, if errors of event location explain them.
 
-    It is located to a share of the step, and of the phase of this `length` at most. What is farther beyond fell there since.
+    An event is located to a fraction of the step, which is at most the phase of this `length`. Larger distances are omitted.
     """
     quantities, levels = [e.quantity for e in events], [e.threshold for e in events]
     old, new = (np.abs(np.array(x.values(quantities)) - levels).tolist() for x in (before, after))

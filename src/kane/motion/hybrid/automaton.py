@@ -494,7 +494,7 @@ def _beyond(event: Event, now: Routines, t: float, state: Array, share: float = 
 
 
 def without_rounding(now: Routines, t: float, state: Array, values: Array) -> Array:
-    """The quantities (events), with the least positive number in place of those at most zero, but not by more than rounding."""
+    """Quantities (events), where the least positive number replaces values that are zero, or negative within rounding errors."""
     result = values.copy()
     for k, event in enumerate(now.eom.events):
         if event.threshold == 0.0 and values[k] <= 0 and not _beyond(event, now, t, state, ROUNDED):

@@ -83,7 +83,7 @@ class _Automaton(After):
     """The writer of the kernel.
 
     Arrays with one part per mode: `ps`, `seen`, `largest`, `least`, `leaves` are arguments of its kernel, `own_events` its number of
-    events, `p_at` indices of contact parameters in p; `meaning` (contact, kind) of events, `begun`: may leave upward as it begins.
+    events, `p_at` indices of contact parameters in p; `meaning` (contact, kind) of events, `begun` those that may leave upward.
     """
 
     def __init__(self, w: Writer) -> None:

@@ -288,7 +288,7 @@ class After:
             held = (kind <= STICK) & (of.room[of.lead + n] < w.compute("float", n))
             with w.when(sticks):
                 self.next[i] = w.select(held, HELD, STICKS)
-                with w.when(held):  # by the last one before it that sticks
+                with w.when(held):  # the kernel of a mode holds it with the last one before it that sticks
                     self.last.put(-1)
                     with w.few(n) as m:
                         other = of.index(of.own + m)

@@ -179,7 +179,7 @@ class ImpactKernel:
         with w.when(turns):
             self.impulse[row + 2] = self.impulse[row + 2] + impulses[2]
         with w.few(size) as c:
-            across = w.select(turns, row + 2, row)  # in the plane there is none
+            across = w.select(turns, row + 2, row)  # in the plane way_b = 0
             places = zip((row, row + 1, across), impulses, strict=True)
             by = [room[of.W + c * kd + place] * p for place, p in places]
             room[of.a + c] = room[of.a + c] + by[0] + by[1] + by[2]
