@@ -178,7 +178,7 @@ def _rank(
 
 
 def _continues(mode: ContactStatus, before: ContactStatus) -> bool:
-    """Whether a contact keeps its status; slip and incipient slip are equal here."""
+    """Whether a contact keeps its status, where slip and incipient slip count as the same."""
     return mode is before or {mode, before} == {ContactStatus.SLIP, ContactStatus.FRESH_SLIP}
 
 

@@ -109,7 +109,7 @@ class _End:
             return max(need / slope, 0.0) if slope > 0 else math.inf
         if self.law is Law.POISSON or need <= 0:
             return max(need, 0.0)
-        # the root of v_n s + slope s²/2 = need, without cancellation; in space v_n may decrease again and there is no root
+        # the root of v_n s + slope s²/2 = need, without cancellation; in space v_n may decrease again, and there may be no root
         square = at.normal * at.normal + 2 * slope * need
         root = at.normal + math.sqrt(square) if square >= 0 else 0.0
         return 2 * need / root if root > 0 else math.inf

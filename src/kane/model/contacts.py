@@ -54,11 +54,10 @@ LAWS = ("stronge", "poisson", "newton", "moreau")
 class ContactMode(IntEnum):
     """The mode of a contact: SEPARATED, STICK or SLIP; a contact without friction has the mode STICK while it is closed.
 
-    STRAIGHT: it slips in a fixed direction, near zero slip. HELD: it sticks together with the nearest contact
-    before it in the list that has friction and the mode STICK. Where several contacts hold one rigid body on a plane, their
-    constraints depend on each other. HELD: the slip then vanishes with those of the others; ACROSS: this is so for one direction
-    of slip, and the other has a constraint of its own; CARRIED…: the gap, and without slip the slip too, stays zero with those of
-    the others.
+    STRAIGHT: it slips in a fixed direction, near zero slip. HELD: it sticks together with the nearest contact before it in the list
+    that has friction and the mode STICK. If several contacts hold one rigid body on a plane, their constraints are redundant: a
+    contact is then HELD if its slip vanishes with those of the others, ACROSS if this is so for one direction of slip, and the other
+    has a constraint of its own, CARRIED… if its gap, and without slip its slip too, stays zero with those of the others.
     """
 
     SEPARATED = 0

@@ -484,7 +484,7 @@ class ContactMotion:
         return result
 
     def _opens(self, touch: ContactsAtState, closed: set[int], below: set[int], modes: Modes) -> None:
-        """Sets the `slack` of gaps that open without being positive, due to rounding, or `below` zero as other contacts closed.
+        """Sets the `slack` of gaps that open although they are not positive, due to rounding or, `below`, as other contacts closed.
 
         Raises
         ------

@@ -81,7 +81,7 @@ class ImpactKernel:
             self.grown[i] = self.grown[i] + root(of.mobility + i * kd + i) * self.put["work"].get()
 
     def ask(self) -> None:
-        """Sets b for the choice by Moreau's law, v_n⁺ + e v_n⁻ ≥ 0; by other laws b remains v."""
+        """Sets b for the choice by Moreau's law, v_n⁺ + e v_n⁻ ≥ 0; with other laws b remains v."""
         w, of = self.w, self.of
         room, d = of.room, of.d
         with w.when(self.together.get() > 0):
