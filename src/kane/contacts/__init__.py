@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contacts with friction as numbers: which open, stick and slip, and what impacts do."""
+"""Contacts with Coulomb friction at one instant, numerically: modes, contact forces and accelerations, and impacts."""
 
 from kane.lazy_imports import offered
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Directions φ in which contacts in space may begin to slip: all of them, as zeros of trigonometric polynomials.
+"""All directions φ of incipient slip of one or two contacts in space, as zeros of trigonometric polynomials.
 
-Of one contact, F = −μ N d(φ), a_n = 0 and d⊥·a_t = 0 make a polynomial of degree 2 in φ, which is a quartic in tan(φ/2). Of two, each
-condition is of degree 2 in the contact's own angle and 1 in the other; their resultant is of degree 10 in the first angle. Zeros are
-those of the polynomial in z = exp(iφ) near to the unit circle, where no direction is at infinity.
+For one contact, F = −μ N d(φ), a_n = 0 and d⊥·a_t = 0 give a polynomial of degree 2 in φ, a quartic in tan(φ/2). For two contacts each
+condition has degree 2 in the contact's own angle and 1 in the other; their resultant has degree 10 in the first angle. The zeros are
+computed as those of a polynomial in z = exp(iφ) near the unit circle, a form in which no direction lies at infinity.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import ROUNDED
 
 _SAMPLES, _RESULTANT_SAMPLES = 8, 32
-"""Angles at which polynomials of degree 2 and of degree 10 are asked for."""
+"""Numbers of equidistant angles at which polynomials of degree 2 and of degree 10 are sampled."""
 _SMOOTH = 0.01
-"""μ below which a contact is also taken for a smooth one: at 1e-6 rounding loses zeros of the resultant, at 1e-3 none was lost."""
+"""μ below which a contact is also treated as frictionless: rounding loses zeros of the resultant at 1e-6, none was lost at 1e-3."""
 _NEAR_CIRCLE = 0.02
-"""How far from |z| = 1 a zero may be: double ones leave the circle by the root of rounding. Newton's method tells which are."""
+"""Bound on |ln|z||: rounding moves double zeros off the unit circle by its square root. Newton's method rejects spurious zeros."""
 
 
 def zeros(coefficients: Complex) -> Array:
-    """The angles at which Σ c_m exp(imφ), m = −n … n, may vanish."""
+    """The candidate zeros φ of Σ c_m exp(imφ), m = −n … n, in ascending order."""
     size = np.abs(coefficients)
     most = size.max()
     if not most > 0:
@@ -34,23 +34,23 @@ def zeros(coefficients: Complex) -> Array:
 
 
 def harmonics(samples: Complex | Array, degree: int) -> Complex:
-    """c_m (… × 2n + 1), m = −n … n, of a trigonometric polynomial by its values at equidistant angles (… × s)."""
+    """The coefficients c_m (… × 2n + 1), m = −n … n, of a trigonometric polynomial from its values at equidistant angles (… × s)."""
     c = np.fft.fft(samples, axis=-1) / samples.shape[-1]
     return np.concatenate([c[..., -degree:], c[..., : degree + 1]], axis=-1)
 
 
 def unit(angles: Array) -> Array:
-    """Unit vectors (… × 2) by their angles (…)."""
+    """Unit vectors (… × 2) at given angles (…)."""
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
 def across(directions: Array) -> Array:
-    """The vectors (… × 2), a quarter turn on."""
+    """The vectors (… × 2), rotated by a quarter turn."""
     return np.stack([-directions[..., 1], directions[..., 0]], axis=-1)
 
 
 def one_direction(w: Array, b: Array, mu: float) -> Array:
-    """Directions (m × 2) in which one contact may begin to slip, by its W (3 × 3) and b (3): four at most, some false."""
+    """Candidate directions (m × 2) of incipient slip of one contact with W (3 × 3) and b (3): at most four, some spurious."""
     d = unit(_equidistant(_SAMPLES))
     condition = (
         across(d) * (b[1:] * (w[0, 0] - mu * d @ w[0, 1:])[:, None] - b[0] * (w[1:, 0] - mu * d @ w[1:, 1:].T))
@@ -59,7 +59,7 @@ def one_direction(w: Array, b: Array, mu: float) -> Array:
 
 
 def two_directions(w: Array, b: Array, mu: Array) -> Array:
-    """Pairs of directions (m × 2 × 2) in which two contacts may begin to slip together, by W (6 × 6) and b (6), some false."""
+    """Candidate pairs of directions (m × 2 × 2) of incipient slip of two contacts with W (6 × 6) and b (6), some spurious."""
     smooth = [_beside_smooth(w, b, float(mu[i]), i)[:, [i, 1 - i]] for i in range(2) if mu[1 - i] < _SMOOTH]
     angles = _equidistant(_RESULTANT_SAMPLES)
     pairs = np.stack(np.meshgrid(angles, _equidistant(_SAMPLES), indexing="ij"), axis=-1)
@@ -79,14 +79,14 @@ def two_directions(w: Array, b: Array, mu: Array) -> Array:
 
 
 def _beside_smooth(w: Array, b: Array, mu: float, i: int) -> Array:
-    """Directions of contact i and of the other (m × 2 × 2), as if that had no friction; little of it turns them but little."""
+    """Directions of contact i and of the other (m × 2 × 2), without friction at the other: an approximation if its μ is small."""
     rows, n, t = slice(3 * i, 3 * i + 3), 3 - 3 * i, slice(4 - 3 * i, 6 - 3 * i)
     if w[n, n] <= ROUNDED * np.diag(w).max():
         return np.zeros((0, 2, 2))
     w, b = w - np.multiply.outer(w[:, n], w[n]) / w[n, n], b - w[:, n] * (b[n] / w[n, n])
     d = one_direction(w[rows, rows], b[rows], mu)
     rates = np.hstack([np.ones((len(d), 1)), -mu * d]) @ w[:, rows].T
-    a = b[t] * rates[:, 3 * i, None] - b[3 * i] * rates[:, t]  # times the divisor of N_i, of either sign
+    a = b[t] * rates[:, 3 * i, None] - b[3 * i] * rates[:, t]  # multiplied by the divisor of N_i, which may be negative
     slip = np.arctan2(a[:, 1], a[:, 0]) + np.where(rates[:, 3 * i] < 0, np.pi, 0.0)
     return np.stack([d, unit(slip)], axis=1)
 
@@ -96,14 +96,14 @@ def _equidistant(count: int) -> Array:
 
 
 def _conditions(w: Array, b: Array, mu: Array, angles: Array) -> Array:
-    """d⊥·a_t of both contacts (… × 2), times the determinant of the equations of their normal forces, at angles (… × 2)."""
+    """d⊥·a_t of both contacts (… × 2) at angles (… × 2), multiplied by the determinant of the equations for the normal forces."""
     d = unit(angles)
     columns = np.zeros((*angles.shape, 6))
     for i in range(2):
         columns[..., i, 3 * i] = 1.0
         columns[..., i, 3 * i + 1 : 3 * i + 3] = -mu[i] * d[..., i, :]
     rates = columns @ w.T
-    a = rates[..., ::3]  # its place [i, j]: a_n of contact j by a unit of N_i
+    a = rates[..., ::3]  # a[..., i, j]: a_n of contact j for N_i = 1
     det = a[..., 0, 0] * a[..., 1, 1] - a[..., 0, 1] * a[..., 1, 0]
     normal = np.stack([b[3] * a[..., 1, 0] - b[0] * a[..., 1, 1], b[0] * a[..., 0, 1] - b[3] * a[..., 0, 0]], axis=-1)
     accelerations = det[..., None] * b + (normal[..., None] * rates).sum(-2)
@@ -112,7 +112,7 @@ def _conditions(w: Array, b: Array, mu: Array, angles: Array) -> Array:
 
 
 def _resultant(quadratic: Complex, quartic: Complex) -> Complex:
-    """Sylvester's determinant of polynomials of degree 2 and 4 (… × 3, … × 5)."""
+    """The resultant (…), by Sylvester's determinant, of polynomials of degree 2 and 4 with coefficients (… × 3) and (… × 5)."""
     rows = np.zeros((*quadratic.shape[:-1], 6, 6), complex)
     for i in range(4):
         rows[..., i, i : i + 3] = quadratic

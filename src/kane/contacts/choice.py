@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which contacts open, stick and slip, with their forces and accelerations, and how many answers there are.
+"""The consistent modes of contacts, with forces and accelerations, and the number of solutions.
 
-Rounds make μ_s ≥ μ_k definite: all contacts that do not slip have μ_s at first; those found to slip get μ_k for good, and the problem
-is solved again until none is new. One, none and several are said of each round.
+For μ_s ≥ μ_k the problem is solved in rounds with one coefficient per contact. Contacts that do not slip have μ_s at first; one that
+begins to slip has μ_k in all later rounds, until no further contact begins to slip. Each round may have one solution, none or several.
 
-Of several one without a slip that friction presses further in is taken: any compliance makes that diverge (Or & Rimon 2012,
-Nonlinear Dynamics 67, 1647). Of these it is the one that goes on with the modes before, else the one with the least forces, then that
-with the most contacts closed and the most that stick.
+Of several solutions, those without a slip that friction jams are preferred, as any compliance makes such a slip diverge (Or & Rimon
+2012, Nonlinear Dynamics 67, 1647); then the one that continues the previous modes, then the one with the least forces, then that with
+the most closed contacts and the most that stick.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from kane.numeric.scale import EQUAL, INVERSE_RANK, ROUNDED, SIX_DIGITS
 
 
 class SolutionCount(Enum):
-    """How many answers there are, in accelerations; UNKNOWN where not all were looked for, or accelerations are not determined."""
+    """The number of solutions with different accelerations; UNKNOWN if the search was incomplete or accelerations are undetermined."""
 
     ONE = "one"
     SEVERAL = "several"
@@ -37,14 +37,14 @@ class SolutionCount(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModeChoice:
-    """The modes of all contacts.
+    """The chosen modes of all contacts.
 
     Attributes
     ----------
-    solution : the one taken: modes, directions, forces, accelerations, margins
-    count : how many there are, in the first round that has not just one
-    others : those of that round that were not taken
-    jams : contacts whose friction may press them further in, W_nn < μ |W_tn| (Painlevé): uniqueness and existence may fail there
+    solution : the chosen solution: modes, directions, forces, accelerations, margins
+    count : number of solutions; SEVERAL if a round had several
+    others : the rejected solutions of the first round with several
+    jams : contacts that friction may jam, W_nn < μ |W_tn| (Painlevé's paradox): existence and uniqueness may fail there
     """
 
     solution: ModeSolution
@@ -54,17 +54,17 @@ class ModeChoice:
 
     @property
     def modes(self) -> tuple[ContactStatus, ...]:
-        """What each contact does."""
+        """The status of each contact (k)."""
         return self.solution.modes
 
     @property
     def directions(self) -> Array:
-        """In which it slips (k × d − 1)."""
+        """Unit vectors of slip (k × d − 1), zero for contacts that open or stick."""
         return self.solution.directions
 
     @property
     def forces(self) -> Array:
-        """λ (dk), the least ones where rigid bodies do not determine them."""
+        """λ (dk), of least norm if rigid bodies do not determine them."""
         return self.solution.forces
 
     @property
@@ -74,19 +74,19 @@ class ModeChoice:
 
 
 def choose(problem: ContactProblem, before: Sequence[ContactStatus] | None = None) -> ModeChoice:
-    """The consistent modes of contacts that touch, where gaps and their rates are zero.
+    """The consistent modes of contacts whose gaps and gap rates are zero.
 
     Parameters
     ----------
     problem : from `contact_problem`
-    before : the modes up to this instant, to go on with where several are consistent
+    before : the modes up to this instant, continued if several solutions are consistent
 
     Raises
     ------
     ArgumentError
-        if `before` has modes of other contacts
+        if `before` does not have one mode per contact
     ContactError
-        if no forces agree with the laws of friction, or none were found
+        if no forces satisfy the laws of friction, or none were found
     """
     that(
         before is None or len(before) == problem.count,
@@ -109,7 +109,7 @@ def choose(problem: ContactProblem, before: Sequence[ContactStatus] | None = Non
 def _rounds(
     problem: ContactProblem, friction: Array, before: Sequence[ContactStatus] | None, met: list[ModeSolutions]
 ) -> Iterator[tuple[tuple[ModeSolutions, ModeSolution], ...]]:
-    """What was found in each round, and what was taken of it, what is to be preferred first."""
+    """Sequences of (solutions found, solution taken), one pair per round, in order of preference; all found are appended to `met`."""
     found = _answers(problem.with_friction(friction))
     met.append(found)
     pressed = problem.slides & (wedging(problem) < 0)
@@ -124,11 +124,11 @@ def _rounds(
 
 
 def _answers(one: ContactProblem) -> ModeSolutions:
-    """Answers with one coefficient a contact: all of few contacts, one of many or where friction is too small for several."""
+    """Solutions with one coefficient per contact: all for few contacts; one for many, or if small friction makes it unique."""
     sole = unique(one)
     if few(one) and not sole:
         return enumerated(one)
-    if sole:  # all open, or all are closed and none begins to slip?
+    if sole:  # cheapest candidates: all contacts open, or all stay closed without incipient slip
         leave = bool((one.normals(one.bias) >= 0).all())
         modes = [
             ContactStatus.OPEN if leave else ContactStatus.SLIP if slides else ContactStatus.STICK
@@ -144,12 +144,12 @@ def _answers(one: ContactProblem) -> ModeSolutions:
 
 
 def unique(problem: ContactProblem) -> bool:
-    """Whether friction is surely too small for two answers with other accelerations; a bound that costs less than one mode.
+    """Whether accelerations are unique because friction is small, by a sufficient condition that costs less than solving one mode.
 
-    Of two answers with one coefficient a contact let Δ be the difference. a + μ |a_t| n lies in the cone dual to that of λ and is
-    perpendicular to λ (de Saxcé & Feng 1998, Math. Comput. Modelling 28, 225), so Δλ·Δa ≤ Σ μ |ΔN| |Δa_t|; of contacts that slip
-    already, along t, N ⟂ a_n gives the same with t·Δa_t. As Δa = W Δλ, accelerations are equal where Σ μ |N| |(W λ)_t| < λ·W λ for
-    all λ with W λ ≠ 0. In y = W^½ λ both factors are linear if no λ with W λ = 0 presses, and 2 |N| |(W λ)_t| ≤ s N² + |(W λ)_t|²/s.
+    Let Δ be the difference of two solutions with one coefficient per contact. a + μ |a_t| n lies in the dual of the friction cone and
+    is perpendicular to λ (de Saxcé & Feng 1998, Math. Comput. Modelling 28, 225), so Δλ·Δa ≤ Σ μ |ΔN| |Δa_t|; for contacts that
+    already slip along t, N ⟂ a_n gives the same with t·Δa_t. As Δa = W Δλ, accelerations are equal if Σ μ |N| |(W λ)_t| < λ·W λ for
+    all λ with W λ ≠ 0. If N = 0 in the null space of W, N and (W λ)_t are linear in y = W^½ λ; 2 |N| |(W λ)_t| ≤ s N² + |(W λ)_t|²/s.
     """
     d, rubs = problem.dimension, np.flatnonzero(problem.kinetic)
     values, vectors = np.linalg.eigh(problem.mobility)
@@ -168,7 +168,7 @@ def unique(problem: ContactProblem) -> bool:
 def _rank(
     solution: ModeSolution, before: Sequence[ContactStatus] | None, every: Sequence[ModeSolution], pressed: Mask
 ) -> tuple[int, ...]:
-    """Smaller for what is to be preferred; forces by how many have less but for rounding; `pressed` are slips that jam (k)."""
+    """The sort key, smallest if preferred; forces count by how many solutions have smaller ones; `pressed` (k) are jamming slips."""
     diverges = any(m is ContactStatus.SLIP and jams for m, jams in zip(solution.modes, pressed, strict=True))
     goes_on = before is not None and all(_continues(m, n) for m, n in zip(solution.modes, before, strict=True))
     closed = sum(m is not ContactStatus.OPEN for m in solution.modes)
@@ -178,12 +178,12 @@ def _rank(
 
 
 def _continues(mode: ContactStatus, before: ContactStatus) -> bool:
-    """Whether a contact does what it did."""
+    """Whether a contact keeps its status, where slip and incipient slip count as the same."""
     return mode is before or {mode, before} == {ContactStatus.SLIP, ContactStatus.FRESH_SLIP}
 
 
 def wedging(problem: ContactProblem) -> Array:
-    """W_nn − μ W_tn·t of each contact (k), along its slip or in the worst direction: < 0 where friction presses it further in."""
+    """W_nn − μ W_tn·t of each contact (k), along its slip or in the worst direction; negative if friction jams it (Painlevé)."""
     k, d = problem.count, problem.dimension
     blocks = problem.mobility.reshape(k, d, k, d)
     coupling = np.array([blocks[i, 1:, i, 0] for i in range(k)])
@@ -194,7 +194,7 @@ def wedging(problem: ContactProblem) -> Array:
 
 
 def jamming(problem: ContactProblem) -> tuple[int, ...]:
-    """Contacts that friction may press further in (Painlevé)."""
+    """The indices of contacts that friction may jam (Painlevé)."""
     return tuple(np.flatnonzero(wedging(problem) < 0).tolist())
 
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Forces within their cones that give asked accelerations: the least ones, where rigid bodies leave the forces open.
+"""The least forces in friction cones that cause given accelerations, for contacts whose forces rigid bodies do not determine.
 
-minimize ½ |x − x₀|² for x in K with A x = c, by Newton's method on the dual θ(y) = ½ |P_K(x₀ + Aᵀ y)|² − c·y, which is convex and has
-one derivative. K is a product of friction cones (of contacts that stick) and of rays (of those that slip).
+Minimizes ½ |x − x₀|² for x in K with A x = c, by Newton's method on the dual θ(y) = ½ |P_K(x₀ + Aᵀ y)|² − c·y, which is convex and
+once differentiable. K is a product of friction cones (sticking contacts) and rays (slipping contacts). The rows of A are orthonormal.
 
-Any y says how large forces must be at least: c·y = x·Aᵀy ≤ |x| |P_K(Aᵀ y)|, as the rest of Aᵀ y lies in the polar cone. Where there
-are none, y goes off along a ray with an infinite bound, and c − A x comes to one. Rows of A are made orthonormal before.
+Each y gives a lower bound on |x|: c·y = x·Aᵀy ≤ |x| |P_K(Aᵀ y)|, as Aᵀ y − P_K(Aᵀ y) lies in the polar cone. If the problem is
+infeasible, y diverges along a ray with an infinite bound, and c − A x converges to such a ray.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from kane.numeric.scale import ROUNDED, UNRELATED
 
 _STEPS, _HALVINGS = 120, 30
 _TOO_LARGE = 1e4
-"""Times the least solution without cones beyond which forces do not count: bodies would be wedged within 1e-4 of their cones."""
+"""Bound on |x| over that of the least solution without cones; larger forces are rejected: bodies would be wedged within 1e-4."""
 _DAMPING = 1e-2, 1e-3, 0.8
-"""Added to the second derivative, 1 at most: times what is left; at most; and how this falls with each step, so that y goes far."""
+"""Regularization of the Hessian (norm ≤ 1): factor of the relative residual; upper bound, and its decay per step, so y may diverge."""
 _DESCENT = 1e-4
-"""Share of the fall that the slope predicts which a step must reach (Armijo)."""
+"""Armijo's constant: the least ratio of the decrease of θ to that predicted by its slope."""
 
 
 class Block(NamedTuple):
-    """Unknowns from `first` on: the normal force and `size` − 1 tangential ones, |F| ≤ μ N."""
+    """The unknowns of a contact, from index `first`: the normal force N and `size` − 1 tangential forces F, |F| ≤ μ N."""
 
     first: int
     size: int
@@ -36,20 +36,20 @@ class Block(NamedTuple):
 
 
 class Least(NamedTuple):
-    """The least forces, None where none were found; `certain` says whether there are none that are not too large, indeed."""
+    """The least forces (n), None if none were found; `certain` is false if the search failed without proof that none exist."""
 
     forces: Array | None
     certain: bool
 
 
 def projected(blocks: Sequence[Block], x: Array) -> tuple[Array, Array]:
-    """The nearest point of the cones (n), and its derivative (n × n) in x."""
+    """The projection of x (n) on the product of cones, and its generalized Jacobian (n × n)."""
     y, slope = x.copy(), np.eye(len(x))
     for first, size, mu in blocks:
         here = slice(first, first + size)
         normal, tangential = x[first], x[first + 1 : first + size]
         friction = float(np.sqrt(tangential @ tangential))
-        if normal >= 0 and friction <= mu * normal:  # mu is 0 of a contact that is smooth, or slips
+        if normal >= 0 and friction <= mu * normal:  # mu is 0 for a frictionless or slipping contact
             continue
         if mu * friction <= -normal:
             y[here], slope[here, here] = 0.0, 0.0
@@ -65,12 +65,12 @@ def projected(blocks: Sequence[Block], x: Array) -> tuple[Array, Array]:
 
 
 def inside(blocks: Sequence[Block], x: Array) -> bool:
-    """Whether forces lie in their cones but for rounding."""
+    """Whether forces (n) lie in their cones up to rounding."""
     return bool(np.abs(projected(blocks, x)[0] - x).max(initial=0) <= ROUNDED * np.abs(x).max(initial=0))
 
 
 def least_forces(blocks: Sequence[Block], rows: Array, given: Array, near: Array) -> Least:
-    """The x (n) in the cones nearest to `near` with the products that `given` (n) has with `rows` (m × n, orthonormal)."""
+    """The x (n) in the cones, nearest to `near` (n), with `rows` x = `rows` `given`; `rows` (m × n) are orthonormal."""
     c, y = rows @ given, np.zeros(len(rows))
     size = float(np.linalg.norm(given)) + float(np.linalg.norm(near))
     enough = _TOO_LARGE * float(np.linalg.norm(c))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All consistent modes of few contacts with one coefficient of friction each, and so how many there are: one, none or several.
+"""Enumeration of all consistent modes of few contacts, with one coefficient of friction per contact.
 
-Modes with equal accelerations are one solution, as on a boundary between two.
+Modes with equal accelerations count as one solution, such as two modes on their common boundary.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from kane.expect import that
 from kane.numeric.arrays import Array
 
 _BEGIN = {2: 4, 3: 2}
-"""Contacts that may begin to slip, in the plane and in space, up to which modes are enumerated: the directions of three in space are
-no zeros of one polynomial."""
+"""Largest number of contacts that may begin to slip, in the plane and in space: the directions of three contacts in space are not the
+zeros of a polynomial in one variable."""
 _MODES = 256
-"""Modes up to which they are."""
+"""Largest number of modes to enumerate."""
 _SAME = 1e3
-"""Errors up to which accelerations are the same."""
+"""Multiple of the error bounds up to which accelerations are equal."""
 
 
 class ModeSolutions(NamedTuple):
-    """Solutions with different accelerations, and whether these are all."""
+    """Solutions with different accelerations; `complete` if these are all."""
 
     solutions: tuple[ModeSolution, ...]
     complete: bool
 
 
 def few(problem: ContactProblem) -> bool:
-    """Whether contacts are few enough to enumerate their modes: up to four in the plane, two in space besides those that slip."""
+    """Whether there are at most `_MODES` modes, and at most four contacts in the plane, or two in space, that do not slip yet."""
     slide, free, plane = int(problem.slides.sum()), int((~problem.slides).sum()), problem.dimension == 2
     return free <= _BEGIN[problem.dimension] and 2**slide * (4 if plane else 3) ** free <= _MODES
 
 
 def enumerated(problem: ContactProblem) -> ModeSolutions:
-    """Every solution of a problem with one coefficient a contact (`with_friction`); an ArgumentError where there are too many."""
+    """All solutions of a problem with one coefficient per contact (`with_friction`); ArgumentError if there are too many contacts."""
     that(few(problem), "few contacts to count modes of", problem.count, "Take `choose`.", error=ArgumentError)
     found, complete = list[ModeSolution](), True
     for modes, directions in _modes(problem):
@@ -54,15 +54,15 @@ def enumerated(problem: ContactProblem) -> ModeSolutions:
 
 
 def same(a: ModeSolution, b: ModeSolution) -> bool:
-    """Whether the accelerations are equal but for rounding."""
+    """Whether two solutions have accelerations that are equal up to their errors."""
     error = _SAME * (a.acceleration_errors + b.acceleration_errors)
     return bool((np.abs(a.accelerations - b.accelerations) <= error).all())
 
 
 def canonical(problem: ContactProblem, solution: ModeSolution, least: bool = False) -> ModeSolution:
-    """The same accelerations in the mode that they show, with the least forces where these are not determined (`least`: they are).
+    """The solution in the mode that its accelerations show; undetermined forces are the least ones (`least`: they are already).
 
-    Where accelerations depend on these, because redundant contacts slip, theirs are taken if they are consistent.
+    If accelerations depend on undetermined forces, as redundant contacts slip, those of the least forces are taken if consistent.
     """
     modes = labelled(problem, solution)
     if modes == solution.modes and (least or solution.rank == solution.unknowns):
@@ -78,7 +78,7 @@ def canonical(problem: ContactProblem, solution: ModeSolution, least: bool = Fal
 
 
 def _modes(problem: ContactProblem) -> Iterator[tuple[tuple[ContactStatus, ...], Array]]:
-    """Modes of all contacts, with directions of slip."""
+    """All modes (k), each with directions of slip (k × d − 1)."""
     plane = problem.dimension == 2
     begins = (
         ((ContactStatus.FRESH_SLIP, 1.0), (ContactStatus.FRESH_SLIP, -1.0))
@@ -98,7 +98,7 @@ def _modes(problem: ContactProblem) -> Iterator[tuple[tuple[ContactStatus, ...],
 
 
 def _directions(problem: ContactProblem, modes: tuple[ContactStatus, ...]) -> Iterator[Array]:
-    """Directions that fresh slip in space may have in a mode, the forces of other contacts eliminated."""
+    """Candidate directions of slip (k × 2) in a mode with incipient slip in space, by elimination of the forces of other contacts."""
     fresh = [i for i, mode in enumerate(modes) if mode is ContactStatus.FRESH_SLIP]
     if not fresh:
         yield problem.directions

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Semi-smooth Newton on the true cones in space, from the forces of the facets.
+"""Semi-smooth Newton iteration on the exact friction cones in space, started from the forces for polyhedral cones.
 
-λ_n = (λ_n − r a_n)₊, λ_t = P_{μ(λ_n − r a_n)₊}(λ_t − r a_t), r the reciprocal of a contact's own mobility (Alart & Curnier 1991,
-Comput. Meth. Appl. Mech. Engng 92, 353). Redundant contacts make the derivative singular; then W + ε D, with ε falling, in the
-place of W keeps the forces near to the last ones.
+λ_n = (λ_n − r a_n)₊, λ_t = P_{μ(λ_n − r a_n)₊}(λ_t − r a_t), where 1/r is the norm of the contact's diagonal block of W (Alart &
+Curnier 1991, Comput. Meth. Appl. Mech. Engng 92, 353). Redundant contacts make the Jacobian singular; proximal steps then replace W by
+W + ε diag(W), with decreasing ε, which keeps forces near the previous ones.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_CHAIN, ROUNDED_ROOT
 
 _STEPS, _INNER, _OUTER, _HALVINGS = 60, 40, 30, 6
 _FIRST, _LEAST, _LARGEST = 1e-2, 1e-4, 10.0
-"""ε of the proximal steps."""
+"""First, least and largest ε of the proximal steps."""
 
 
 def residual(problem: ContactProblem, forces: Array) -> tuple[Array, Array]:
-    """The equations of Alart and Curnier (dk), in units of force, and their derivative (dk × dk)."""
+    """The residual of Alart and Curnier's equations (dk), in units of force, and its generalized Jacobian (dk × dk)."""
     k, d = problem.count, problem.dimension
     a, unit = problem.mobility @ forces + problem.bias, np.eye(len(forces))
     value, slope = np.zeros_like(forces), np.zeros_like(problem.mobility)
@@ -55,7 +55,7 @@ def residual(problem: ContactProblem, forces: Array) -> tuple[Array, Array]:
 
 
 def newton(problem: ContactProblem, forces: Array, steps: int = _STEPS) -> tuple[Array, float]:
-    """Forces (dk) and what is left of the equations beside them."""
+    """Forces (dk) after at most `steps` damped Newton steps, and the residual relative to their size."""
     size = np.abs(problem.bias).max() / np.diag(problem.mobility).max()
     value, slope = residual(problem, forces)
     length = float(np.linalg.norm(value))
@@ -72,7 +72,7 @@ def newton(problem: ContactProblem, forces: Array, steps: int = _STEPS) -> tuple
             if np.linalg.norm(value) < (1 - 0.1 * share) * length:
                 break
             share /= 2
-        else:  # over a kink without descent
+        else:  # no descent, as at a kink: take the full step
             share = 1.0
             value, slope = residual(problem, forces + step)
         forces, length = forces + share * step, float(np.linalg.norm(value))
@@ -81,7 +81,7 @@ def newton(problem: ContactProblem, forces: Array, steps: int = _STEPS) -> tuple
 
 
 def proximal(problem: ContactProblem, forces: Array) -> tuple[Array, float]:
-    """The same for redundant contacts."""
+    """Forces (dk) by proximal steps, for redundant contacts; then 0 if converged, else the last relative change or infinity."""
     weights, share, change = np.diag(np.diag(problem.mobility)), _FIRST, np.inf
     for _ in range(_OUTER):
         nearer = replace(
@@ -101,13 +101,13 @@ def proximal(problem: ContactProblem, forces: Array) -> tuple[Array, float]:
 
 
 def iterated(problem: ContactProblem) -> ModeSolution | None:
-    """A solution of a problem with one coefficient a contact; None where none was found, which does not prove that there is none."""
+    """A solution of a problem with one coefficient per contact; None if none was found, which does not prove that none exists."""
     exact = (_exact(problem, forces) for forces in _nearly(problem))
     return next((solution for solution in exact if solution is not None), None)
 
 
 def _nearly(problem: ContactProblem) -> Iterator[Array]:
-    """Forces that are nearly right: of the facets in the plane, where these are exact, else by Newton's method from there."""
+    """Approximate forces (dk): in the plane Lemke's, which are exact; in space those of Newton's method, then of proximal steps."""
     start = faceted(problem)
     if start is not None and problem.dimension == 2:
         yield start
@@ -120,7 +120,7 @@ def _nearly(problem: ContactProblem) -> Iterator[Array]:
 
 
 def _exact(problem: ContactProblem, forces: Array) -> ModeSolution | None:
-    """The solution in the mode that forces show; where an inequality fails the worst contact goes over to another."""
+    """The solution in the mode that approximate forces show; while it is inconsistent the contact of least margin changes; or None."""
     modes, directions = _read(problem, forces)
     for _ in range(problem.count + 1):
         solution = solve(problem, modes, directions, forces)
@@ -139,7 +139,7 @@ def _exact(problem: ContactProblem, forces: Array) -> ModeSolution | None:
 
 
 def _read(problem: ContactProblem, forces: Array) -> tuple[list[ContactStatus], Array]:
-    """Modes and directions of slip by forces that are nearly right."""
+    """Modes (k) and directions of slip (k × d − 1) that approximate forces show."""
     a = problem.mobility @ forces + problem.bias
     force, acceleration = np.abs(forces).max(initial=0), np.abs(problem.bias).max(initial=0)
     normal, gap, tangential = problem.normals(forces), problem.normals(a), problem.tangents(a)

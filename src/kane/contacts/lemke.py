@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lemke's method for many contacts: w = M z + q, 0 ≤ w ⊥ z ≥ 0, the cones of friction cut into facets; in the plane these are exact.
+"""Lemke's method for w = M z + q, 0 ≤ w ⊥ z ≥ 0, applied to contacts with polyhedral friction cones, which are exact in the plane.
 
-Unknowns z are the normal forces, for each contact that may stick its friction along the facets' directions, and the speed σ at which
-it slips (Stewart & Trinkle 1996, Int. J. Numer. Meth. Engng 39, 2673).
+The unknowns z are the normal forces and, for each contact that may stick, the friction forces along the directions of the facets and
+the slip speed σ (Stewart & Trinkle 1996, Int. J. Numer. Meth. Engng 39, 2673).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _PIVOTS = 400
 
 
 def complementary(m: Array, q: Array) -> Array | None:
-    """z (n) by pivots in lexicographic order, so that none comes twice; None where a ray is met or they do not end."""
+    """z (n), by lexicographic pivoting, which does not cycle; None on ray termination or after too many pivots."""
     n = len(q)
     if q.min(initial=0) >= 0:
         return np.zeros(n)
@@ -52,7 +52,7 @@ def complementary(m: Array, q: Array) -> Array | None:
 
 
 def faceted(problem: ContactProblem) -> Array | None:
-    """Forces λ (dk) with one coefficient a contact, cones in space cut into facets; None where Lemke's method finds none."""
+    """Forces λ (dk) for one coefficient per contact, with polyhedral cones in space; None if Lemke's method finds none."""
     k, d = problem.count, problem.dimension
     facets = np.array([[1.0], [-1.0]]) if d == 2 else unit(2 * np.pi * np.arange(_FACETS) / _FACETS)
     m, free = len(facets), np.flatnonzero(~problem.slides)
@@ -65,7 +65,7 @@ def faceted(problem: ContactProblem) -> Array | None:
         here, sigma, tangents = slice(k + j * m, k + j * m + m), n - len(free) + j, slice(d * i + 1, d * i + d)
         forces[tangents, here], gaps[here, tangents] = facets.T, facets
         speeds[here, sigma], speeds[sigma, i], speeds[sigma, here] = 1.0, problem.static[i], -1.0
-    # accelerations in units of the largest |b|, forces in those of this over the largest W_ii
+    # scaled: accelerations by the largest |b|, forces by the largest |b| over the largest W_ii
     most, bias = np.diag(problem.mobility).max(), np.abs(problem.bias).max()
     if bias <= 0:
         return np.zeros(d * k)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The equations of a mode, solved with bounds of their errors, and by which margin its inequalities hold.
+"""The linear equations of a contact mode, solved with error bounds, and the margins by which its inequalities hold.
 
-Unknowns x are the forces of contacts that stick and the normal forces of those that slip, λ = C x; rows are the accelerations that
-vanish: R a = 0, so A x = −R b with A = R W C. Directions of fresh slip in space come from Newton's method on d⊥·a_t = 0.
+The unknowns x are the forces of sticking contacts and the normal forces of slipping ones, λ = C x; R selects the accelerations that
+vanish: R a = 0, so A x = −R b with A = R W C. Directions of incipient slip in space result from Newton's method on d⊥·a_t = 0.
 
-Errors: with s_i = √W_ii the entries of W are known to s_i s_j, that of two rows without a common body, too, as W = J M⁻¹ Jᵀ and its
-singular values are; so r_i = s_i Σ s_j |λ_j| + terms, |Δx| ≤ u |A⁻¹| r and |Δa| ≤ u (r + |W C A⁻¹| r), u a thousand roundings. A
-margin is the value of an inequality over its error: above 1 it holds, below −1 it does not, between both lies its boundary.
+Errors: with s_i = √W_ii the error of W_ij is relative to s_i s_j, even if rows i and j have no body in common, as for J M⁻¹ Jᵀ and its
+singular values; so r_i = s_i Σ s_j |λ_j| + terms, |Δx| ≤ u |A⁻¹| r and |Δa| ≤ u (r + |W C A⁻¹| r) with u = 1024 ε. A margin is the
+value of an inequality over its error bound: above 1 it holds, below −1 it is violated, between both lies its boundary.
 """
 
 from __future__ import annotations
@@ -25,31 +25,31 @@ from kane.numeric.rank import singular
 from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN, SIX_DIGITS
 
 U = 1024 * EPS
-"""Rounding granted to a decision, beside the terms that cancel: rows of W and b come through products along chains of bodies."""
+"""Relative error of W and b beside the terms that cancel in them: their rows are products along chains of bodies."""
 _REDUNDANT = 2 * ROUNDED_CHAIN
-"""Error of forces beside the largest where they are not determined: what comes from the dual of the least ones."""
+"""Error of undetermined forces relative to the largest force: the accuracy of the dual problem for the least forces."""
 MET = 64.0
-"""Errors up to which an equation counts as met."""
+"""Multiple of its error bound up to which an equation counts as satisfied."""
 _DEPENDS = 1e-8
-"""Share of accelerations up to which they do not depend on forces that are not determined."""
+"""Relative effect of undetermined forces up to which accelerations count as independent of them."""
 _TURNS, _TURN = 30, 0.7
-"""Newton's steps in the directions of fresh slip, and the longest, in rad."""
+"""Largest number of Newton steps in the directions of incipient slip, and the largest step in rad."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModeSolution:
-    """What a mode of all contacts means.
+    """The solution of the equations of a mode of all contacts, whether or not its inequalities hold.
 
     Attributes
     ----------
-    modes : of each contact (k)
-    directions : of slip (k × d − 1), zero of contacts that are open or stick
+    modes : status of each contact (k)
+    directions : unit vectors of slip (k × d − 1), zero for contacts that open or stick
     forces, accelerations : λ and a (dk)
     force_errors, acceleration_errors : bounds of their errors (dk)
-    margins : of each contact (k), the least of its inequalities over its error; −∞ where equations are not met
-    rank, unknowns : how many of the unknown forces the equations determine
-    determined : whether the accelerations are, also where forces are not
-    certain : whether it is certain that no forces are within the cones, where they are not
+    margins : least margin of each contact's inequalities (k); −∞ if the equations are not satisfied
+    rank, unknowns : rank of A and number n of unknown forces
+    determined : whether the accelerations are determined, even if the forces are not
+    certain : false if the search for forces in the cones failed without proof that none exist
     """
 
     modes: tuple[ContactStatus, ...]
@@ -66,12 +66,12 @@ class ModeSolution:
 
     @property
     def consistent(self) -> bool:
-        """Whether every inequality holds, boundaries included."""
+        """Whether every inequality holds up to its error; boundaries are included."""
         return bool((self.margins >= -1).all())
 
 
 class ModeConditions(NamedTuple):
-    """`rows` of accelerations that vanish, `columns` C (dk × n), and the `blocks` of x with the contacts they belong to."""
+    """Indices `rows` of accelerations that vanish, `columns` C (dk × n), `blocks` of x by contact, and their contacts `owners`."""
 
     rows: Array
     columns: Array
@@ -80,7 +80,7 @@ class ModeConditions(NamedTuple):
 
 
 class LinearSolution(NamedTuple):
-    """x and a, with W C, A, its pseudo-inverse, a basis (r × n) of its rows, orthonormal if there are z ≠ 0 (n × m) with A z = 0."""
+    """x and a; W C, A and its pseudo-inverse; bases of its row space (r × n, orthonormal if m > 0) and of its null space (n × m)."""
 
     x: Array
     a: Array
@@ -92,7 +92,7 @@ class LinearSolution(NamedTuple):
 
 
 def equations(problem: ContactProblem, modes: Sequence[ContactStatus], directions: Array) -> ModeConditions:
-    """The equations of a mode, in order of contacts."""
+    """The equations of a mode, ordered by contact."""
     d, rows, columns, blocks, owners = problem.dimension, list[int](), list[Array](), list[Block](), list[int]()
     unit = np.eye(d * problem.count)
     for i, mode in enumerate(modes):
@@ -113,7 +113,7 @@ def equations(problem: ContactProblem, modes: Sequence[ContactStatus], direction
 
 
 def linear(problem: ContactProblem, mode: ModeConditions, near: Array | None = None) -> LinearSolution:
-    """x of the least change from `near` (n), zero unless given, that meets the equations where these can be met."""
+    """The solution x of A x = −R b, if it has one, that is nearest to `near` (n), zero unless given."""
     rates = problem.mobility @ mode.columns
     a, right = rates[mode.rows], problem.bias[mode.rows]
     size = np.sqrt(np.diag(problem.mobility))
@@ -125,13 +125,13 @@ def linear(problem: ContactProblem, mode: ModeConditions, near: Array | None = N
     basis, null = kept, values.right[rank:].T / size[:, None]
     if null.size:
         basis = np.linalg.qr((kept * size).T)[0].T
-        inverse = basis.T @ (basis @ inverse)  # the least x, not the least in units of the rows
+        inverse = basis.T @ (basis @ inverse)  # least norm in x itself, not in x scaled by √W_ii
     x = -inverse @ right if near is None else near - inverse @ (right + a @ near)
     return LinearSolution(x, rates @ x + problem.bias, rates, a, inverse, basis, null)
 
 
 class SlipAlignment(NamedTuple):
-    """d⊥·a_t (f) of contacts that begin to slip, its derivative by their angles (f × f), and those of x and a."""
+    """d⊥·a_t (f) of contacts that begin to slip; derivatives by their angles of d⊥·a_t (f × f), of x (n × f) and of a (dk × f)."""
 
     across: Array
     slope: Array
@@ -142,7 +142,7 @@ class SlipAlignment(NamedTuple):
 def turning(
     problem: ContactProblem, mode: ModeConditions, fresh: Sequence[int], directions: Array, at: LinearSolution
 ) -> SlipAlignment:
-    """How accelerations change when directions of fresh slip turn."""
+    """d⊥·a_t and derivatives by the angles of incipient slip, at the solution `at`."""
     quarter = across(directions)
     x_slopes, a_slopes = np.zeros((len(at.x), len(fresh))), np.zeros((len(at.a), len(fresh)))
     for r, i in enumerate(fresh):
@@ -160,7 +160,7 @@ def turning(
 def aligned(
     problem: ContactProblem, modes: Sequence[ContactStatus], directions: Array, near: Array | None = None
 ) -> Array:
-    """Directions of fresh slip in space along the accelerations that they lead to, by Newton's method from these."""
+    """Directions of incipient slip in space, parallel to the accelerations they cause, by Newton's method from `directions`."""
     fresh = [i for i, mode in enumerate(modes) if mode is ContactStatus.FRESH_SLIP]
     directions = directions.copy()
     for _ in range(_TURNS):
@@ -185,7 +185,7 @@ def solve(
 ) -> ModeSolution:
     """The forces and accelerations of a mode, whether or not its inequalities hold.
 
-    Where rank is lost the forces are the nearest to λ = `near` that the equations and the cones allow.
+    If A is rank-deficient, the forces are those nearest to λ = `near` that satisfy the equations and lie in the cones, if any do.
     """
     directions = np.where(np.array([m >= ContactStatus.FRESH_SLIP for m in modes])[:, None], directions, 0.0)
     fresh = [i for i, m in enumerate(modes) if m is ContactStatus.FRESH_SLIP] if problem.dimension == 3 else []
@@ -213,7 +213,7 @@ def solve(
         turn = turning(problem, mode, fresh, directions, at)
         limits = np.array([a_errors[3 * i + 1 : 3 * i + 3].max() for i in fresh])
         met = np.append(met, np.abs(turn.across) <= MET * limits)
-        angles = np.minimum(np.abs(np.linalg.pinv(turn.slope)) @ limits, SIX_DIGITS)  # more where any direction does
+        angles = np.minimum(np.abs(np.linalg.pinv(turn.slope)) @ limits, SIX_DIGITS)  # larger if any direction fits
         x_errors, a_errors = x_errors + np.abs(turn.x) @ angles, a_errors + np.abs(turn.a) @ angles
     force_errors = np.abs(mode.columns) @ x_errors + (_REDUNDANT * np.abs(forces).max(initial=0) if lost else 0.0)
     margins = np.full(problem.count, -np.inf)
@@ -226,7 +226,7 @@ def solve(
 
 
 def over(value: Array, error: Array) -> Array:
-    """A value over its error; what is exactly zero lies on the boundary."""
+    """value / error; 0, on the boundary, where the value is exactly zero."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.where(value == 0, 0.0, value / error))
 
@@ -240,7 +240,7 @@ def _margins(
     force_errors: Array,
     a_errors: Array,
 ) -> Array:
-    """The least margin of each contact's inequalities (k)."""
+    """The least margin of the inequalities of each contact (k)."""
     kinds, tangential, pressed = np.array(modes), problem.tangents(forces), problem.normals(forces)
     uncertain, friction = problem.normals(force_errors), np.sqrt((tangential * tangential).sum(axis=1))
     values = pressed, problem.normals(a), problem.static * pressed - friction, (directions * problem.tangents(a)).sum(1)
@@ -252,7 +252,7 @@ def _margins(
 
 
 def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[ContactStatus, ...]:
-    """What contacts do by their accelerations, in whatever mode these were found: closed before open, stick before slip."""
+    """The status of each contact by its acceleration, independent of the solution's mode: closed before open, stick before slip."""
     a, error = solution.accelerations, 8 * solution.acceleration_errors
     leaves = problem.normals(a) > problem.normals(error)
     rests = np.abs(problem.tangents(a)).max(axis=1) <= problem.tangents(error).max(axis=1)
@@ -260,7 +260,7 @@ def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[ContactSt
 
 
 def shown(problem: ContactProblem, leaves: Mask, rests: Mask) -> tuple[ContactStatus, ...]:
-    """What contacts do of which some leave, and some of the others do not slip."""
+    """The status of each contact, from masks (k) of those that leave and of those without tangential acceleration."""
     kinds = [ContactStatus.OPEN, ContactStatus.SLIP, ContactStatus.STICK]
     found = np.select([leaves, problem.slides, rests], kinds, ContactStatus.FRESH_SLIP)
     return tuple(map(ContactStatus, found.tolist()))

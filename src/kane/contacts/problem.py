@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contacts at one instant as numbers: a = W λ + b with W = J M⁻¹ Jᵀ and b = J M⁻¹ f + J̇ u.
+"""The contact problem at one instant: a = W λ + b with W = J M⁻¹ Jᵀ and b = J M⁻¹ f + J̇ u.
 
-Contact i owns the rows d i … d i + d − 1: its normal, then its d − 1 tangents, d = 2 in the plane and 3 in space. λ = (N, F) are the
-forces on it, a the accelerations of its gap and of its slip. Velocities in the place of accelerations make the same equations of
-impulses: v⁺ = W p + v⁻.
+Contact i has the rows d i … d i + d − 1: its normal, then its d − 1 tangents; d = 2 in the plane and 3 in space. λ = (N, F) are the
+contact forces, a the accelerations of gap and slip. Impulses p and velocities v satisfy equations of the same form, v⁺ = W p + v⁻.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ from kane.numeric.scale import DECLARED, GIVEN
 
 
 class ContactStatus(IntEnum):
-    """What a contact does from this instant on.
+    """The status of a contact from this instant on.
 
-    OPEN: it leaves, N = 0 and a_n ≥ 0. STICK: a = 0 and |F| ≤ μ_s N. FRESH_SLIP: it begins to slip, a_n = 0 and F = −μ N a_t/|a_t|.
-    SLIP: it slips already, along t, and goes on to: a_n = 0 and F = −μ_k N t.
+    OPEN: it separates, N = 0 and a_n ≥ 0. STICK: a = 0 and |F| ≤ μ_s N. FRESH_SLIP: it begins to slip, a_n = 0 and F = −μ N a_t/|a_t|.
+    SLIP: it continues to slip along t, a_n = 0 and F = −μ_k N t.
     """
 
     OPEN = 0
@@ -36,17 +35,17 @@ class ContactStatus(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactProblem:
-    """The numbers of k contacts; `contact_problem` checks what it makes one of.
+    """The contact problem of k contacts; `contact_problem` makes one from checked arguments.
 
     Attributes
     ----------
     mobility : W (dk × dk)
     bias : b (dk)
-    terms : magnitudes of the terms that cancel in b (dk): errors are measured by them
-    static, kinetic : μ_s and μ_k (k)
-    slides : which contacts slip already (k)
-    directions : the unit vectors t in which they do (k × d − 1), zero for others
-    names : of the contacts, by which messages tell them; their numbers where there are none
+    terms : sums of magnitudes of the terms of b (dk), the scale of its rounding errors
+    static, kinetic : coefficients of friction μ_s and μ_k (k)
+    slides : whether a contact slips already (k)
+    directions : unit vectors t of present slip (k × d − 1), zero for other contacts
+    names : names of the contacts in messages; if empty, their numbers are used
     """
 
     mobility: Array
@@ -60,28 +59,28 @@ class ContactProblem:
 
     @property
     def count(self) -> int:
-        """How many contacts there are."""
+        """The number k of contacts."""
         return len(self.static)
 
     @property
     def dimension(self) -> int:
-        """Rows of a contact: 2 in the plane, 3 in space."""
+        """The number d of rows per contact: 2 in the plane, 3 in space."""
         return int(self.directions.shape[1]) + 1
 
     def name(self, i: int) -> str:
-        """What messages call a contact."""
+        """The name of contact i in messages."""
         return self.names[i] if self.names else f"contact {i}"
 
     def normals(self, values: Array) -> Array:
-        """The normal ones (k) of values of all rows."""
+        """The normal components (k) of values of all rows (dk)."""
         return values[:: self.dimension]
 
     def tangents(self, values: Array) -> Array:
-        """The tangential ones (k × d − 1) of values of all rows."""
+        """The tangential components (k × d − 1) of values of all rows (dk)."""
         return values.reshape(self.count, self.dimension)[:, 1:]
 
     def with_friction(self, friction: Array) -> ContactProblem:
-        """With one coefficient a contact (k); those that slip already keep μ_k."""
+        """The problem with one coefficient per contact (k); contacts that slip already keep μ_k."""
         one = np.where(self.slides, self.kinetic, friction)
         return replace(self, static=one, kinetic=one)
 
@@ -96,7 +95,7 @@ def contact_problem(
     terms: Any = None,
     names: Sequence[str] = (),
 ) -> ContactProblem:
-    """The numbers of k contacts, checked.
+    """The contact problem of k contacts, with checked arguments.
 
     Parameters
     ----------
@@ -104,14 +103,14 @@ def contact_problem(
     bias : b (dk)
     friction : μ_s of each contact (k)
     kinetic : μ_k of each contact (k), from 0 to μ_s; μ_s unless given
-    sliding : directions in which contacts slip already (k × d − 1), of any length; a row of zeros where one does not
+    sliding : directions of present slip (k × d − 1), of any length; zero for a contact that does not slip
     terms : sums of the magnitudes of the terms of b (dk); |b| unless given
-    names : of the contacts, for messages
+    names : names of the contacts, for messages
 
     Raises
     ------
     ArgumentError
-        if shapes do not agree, W is not symmetric, something is not finite, or 0 ≤ μ_k ≤ μ_s does not hold
+        if shapes disagree, W is not symmetric or has an invalid diagonal, an entry is not finite, or 0 ≤ μ_k ≤ μ_s does not hold
     """
     static = numbers(friction, "coefficients of friction, one a contact", 1)
     k = len(static)
@@ -149,7 +148,7 @@ def contact_problem(
 
 
 def numbers(given: Any, expected: str, axes: int, shape: tuple[int, ...] | None = None) -> Array:
-    """An array of finite numbers with so many axes, of a shape where one is named."""
+    """A new array of finite numbers with `axes` dimensions, and the `shape` if given; ArgumentError for anything else."""
     array = floats(given, expected, error=ArgumentError).copy()
     right = array.ndim == axes and (shape is None or array.shape == shape)
     that(right, expected, came=f"an array of the shape {array.shape}", error=ArgumentError)
@@ -158,6 +157,6 @@ def numbers(given: Any, expected: str, axes: int, shape: tuple[int, ...] | None 
 
 
 def _refuse(wrong: Any, expected: str, cure: str) -> None:
-    """Refuse an array where something is wrong, by its first place."""
+    """Raises an ArgumentError with the first index at which `wrong` is true, if any."""
     if np.any(wrong):
         raise refusal(ArgumentError, expected, f"others at {first_index(wrong)}", cure)

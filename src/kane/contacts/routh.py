@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One contact in an impact, by Routh's process: its normal impulse p is the clock, dv/dp = W (1, −μ d) while it slips along d.
+"""Impact of one contact by Routh's method: the normal impulse p replaces time, dv/dp = W (1, −μ d) while the contact slips along d.
 
-It slips until v_t = 0; then it sticks if |W_tt⁻¹ W_tn| ≤ μ, else it slips on in the one direction that leads away. In the plane each
-piece is straight; in space the direction φ of slip turns, and with dp = |v_t| ds its course is regular:
+Slip ends at v_t = 0; then the contact sticks if |W_tt⁻¹ W_tn| ≤ μ, else it slips in the one direction in which |v_t| grows. In the
+plane v is piecewise linear in p; in space the direction φ of slip turns, and with dp = |v_t| ds the equations are regular:
 
     dφ/ds = d⊥·r,  d ln|v_t|/ds = d·r,  r = W_tn − μ W_tt d,  dv_n/ds = |v_t| (W_nn − μ W_nt·d).
 
 Compression ends at v_n = 0. Restitution ends by one of three laws: Newton's, v_n⁺ = −e v_n⁻; Poisson's, p⁺ = (1 + e) p_c; Stronge's,
-∫ v_n dp = −e² of that in compression, by which energy is never gained (Stronge 1990, Proc. R. Soc. Lond. A 431, 169).
+∫ v_n dp = −e² times that of compression, with which energy never increases (Stronge 1990, Proc. R. Soc. Lond. A 431, 169).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _ROOT = 60
 
 
 class Law(Enum):
-    """What ends restitution."""
+    """The law of restitution: the meaning of e."""
 
     NEWTON = "velocity"
     POISSON = "impulse"
@@ -41,7 +41,7 @@ class Law(Enum):
 
 
 class ImpactPhase(Enum):
-    """What the contact does on the way."""
+    """A phase of an impact, by its tangential motion."""
 
     SLIP = "slip"
     STICK = "stick"
@@ -50,15 +50,15 @@ class ImpactPhase(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactImpact:
-    """What an impact of one contact does.
+    """The result of an impact of one contact.
 
     Attributes
     ----------
     velocity : v⁺ (d), normal first
     impulse : p (d)
     energy : change of the kinetic energy
-    phases : in order
-    law : of restitution
+    phases : the phases, in order
+    law : the law of restitution
     """
 
     velocity: Array
@@ -70,7 +70,7 @@ class ContactImpact:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Course:
-    """v_n, v_t, p and ∫ v_n dp, this since compression ended where it has; p and ∫ v_n dp at its end."""
+    """The state: v_n, v_t, p, ∫ v_n dp since the beginning of compression or restitution; p and ∫ v_n dp at the end of compression."""
 
     normal: float
     tangential: Array
@@ -81,14 +81,14 @@ class _Course:
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """The law, e and v_n⁻."""
+    """The conditions that end compression and restitution, by the law, e and v_n⁻."""
 
     law: Law
     restitution: float
     before: float
 
     def missing(self, at: _Course) -> float:
-        """What is missing until the phase ends, compression or restitution: negative before, in units of its own."""
+        """A function that is zero at the end of the present part, compression or restitution, and negative before."""
         if at.compressed is None:
             return at.normal
         impulse, work = at.compressed
@@ -99,17 +99,17 @@ class _End:
         return at.work + self.restitution**2 * work
 
     def part(self, at: _Course) -> int:
-        """Which of (φ, ln|v_t|, v_n, p, ∫ v_n dp) it is missing of."""
+        """The index in (φ, ln|v_t|, v_n, p, ∫ v_n dp) of the variable in `missing`."""
         return 2 if at.compressed is None else {Law.NEWTON: 2, Law.POISSON: 3, Law.STRONGE: 4}[self.law]
 
     def left(self, at: _Course, slope: float) -> float:
-        """The impulse until then, where v_n has a constant slope; infinite if it does not end so."""
+        """The impulse until the present part ends, for a constant slope dv_n/dp; infinite if it does not end."""
         need = -self.missing(at)
         if at.compressed is None or self.law is Law.NEWTON:
             return max(need / slope, 0.0) if slope > 0 else math.inf
         if self.law is Law.POISSON or need <= 0:
             return max(need, 0.0)
-        # v_n s + slope s²/2 = need, without cancellation; v_n may fall again in space, so that it is not met here
+        # the root of v_n s + slope s²/2 = need, without cancellation; in space v_n may decrease again, and there may be no root
         square = at.normal * at.normal + 2 * slope * need
         root = at.normal + math.sqrt(square) if square >= 0 else 0.0
         return 2 * need / root if root > 0 else math.inf
@@ -122,7 +122,7 @@ def impact(
     restitution: float,
     law: Law = Law.STRONGE,
 ) -> ContactImpact:
-    """The velocity of a contact after an impact; without approach, v_n = 0, where friction presses it further in.
+    """The impact of a contact that approaches, or one at v_n = 0 that friction jams.
 
     Parameters
     ----------
@@ -130,12 +130,14 @@ def impact(
     velocity : v⁻ = J u (d), v_n⁻ ≤ 0
     friction : μ
     restitution : e, from 0 to 1
-    law : what e means
+    law : the law of restitution
 
     Raises
     ------
     ArgumentError
-        if μ < 0, e is not from 0 to 1, the contact does not approach, or W is not that of bodies that can move
+        if μ < 0, e is not from 0 to 1, v_n⁻ > 0, or W_nn is not positive
+    ContactError
+        if the contact sticks, W allows no normal velocity, and v_n⁻ < 0
 
     Warns
     -----
@@ -154,7 +156,7 @@ def impact(
 
 
 def check_laws(friction: float, restitution: float, law: Law) -> None:
-    """Refuse coefficients that are none."""
+    """Raises an ArgumentError unless μ ≥ 0, 0 ≤ e ≤ 1 and `law` is a `Law`."""
     that(
         number(friction, "a coefficient of friction μ", error=ArgumentError) >= 0,
         "μ ≥ 0",
@@ -167,7 +169,7 @@ def check_laws(friction: float, restitution: float, law: Law) -> None:
 
 
 def warn_of_gain(energy: float, terms: float, law: Law) -> None:
-    """Warn where kinetic energy grows by more than rounding of its terms."""
+    """Warns if kinetic energy increases by more than the rounding error of its `terms`."""
     if energy > ROUNDED_CHAIN * terms:
         warn(
             f"An impact gains {energy:.4g} of kinetic energy: by {law.name.title()}'s law it may where there is friction. "
@@ -176,10 +178,8 @@ def warn_of_gain(energy: float, terms: float, law: Law) -> None:
 
 
 def routh(w: Array, v: Array, mu: float, e: float, law: Law) -> ContactImpact:
-    """The process itself, unchecked."""
-    slip = (
-        v[1:] if np.linalg.norm(v[1:]) > 0 else np.zeros_like(v[1:])
-    )  # none where its square is too small for a number
+    """Routh's method, without checks of the arguments."""
+    slip = v[1:] if np.linalg.norm(v[1:]) > 0 else np.zeros_like(v[1:])  # no slip if its square underflows
     end, at, phases, done = _End(law, e, float(v[0])), _Course(float(v[0]), slip.copy()), list[ImpactPhase](), False
     if at.tangential.any():
         phases.append(ImpactPhase.SLIP)
@@ -198,7 +198,7 @@ def routh(w: Array, v: Array, mu: float, e: float, law: Law) -> ContactImpact:
 
 
 def _wedged(at: _Course, v: Array) -> _Course:
-    """Where a contact that sticks cannot move along its normal either: at rest."""
+    """The state at rest of a sticking contact whose v_n no impulse changes; ContactError if v_n is not zero up to rounding."""
     that(
         abs(at.normal) <= EQUAL * np.abs(v).max(),
         "a velocity that bodies without this slip can have",
@@ -210,7 +210,7 @@ def _wedged(at: _Course, v: Array) -> _Course:
 
 
 def _slipping(w: Array, mu: float, end: _End, at: _Course) -> tuple[_Course, bool]:
-    """Slip along a line, up to the end of the impact or of slip, where v_t = 0 exactly."""
+    """The state after slip in a constant direction, at the end of the impact or at v_t = 0 exactly; whether the impact has ended."""
     d = at.tangential / np.linalg.norm(at.tangential)
     rate = w[1:, 0] - mu * w[1:, 1:] @ d
     along = float(rate @ d)
@@ -220,7 +220,7 @@ def _slipping(w: Array, mu: float, end: _End, at: _Course) -> tuple[_Course, boo
 
 
 def _straight(end: _End, at: _Course, slope: float, rate: Array, length: float) -> tuple[_Course, bool]:
-    """On a piece with constant rates of v_n and v_t, at most so long; whether the impact ends there."""
+    """The state after a piece of at most the impulse `length`, with constant dv_n/dp and dv_t/dp; whether the impact has ended."""
     for _ in range(2):
         step = min(end.left(at, slope), length)
         ends = step < length
@@ -238,14 +238,14 @@ def _straight(end: _End, at: _Course, slope: float, rate: Array, length: float) 
 
 
 def _compressed(at: _Course) -> _Course:
-    """Where compression ends."""
+    """The state at the end of compression."""
     return replace(at, normal=0.0, work=0.0, compressed=(at.impulse, at.work))
 
 
 def _from_rest(w: Array, mu: float) -> tuple[bool, float, Array]:
-    """Whether a contact without slip sticks, and the rates of v_n and v_t.
+    """Whether a contact with v_t = 0 sticks, then dv_n/dp and dv_t/dp.
 
-    Else W_tn − μ W_tt d = κ d with κ > 0, so |(κ + μ W_tt)⁻¹ W_tn| = 1, which has one root: by Newton's method on the reciprocal.
+    If it slips, W_tn − μ W_tt d = κ d with κ > 0; |(κ + μ W_tt)⁻¹ W_tn| = 1 has one root, found by Newton's method on the reciprocal.
     """
     coupling = w[1:, 0]
     q = np.linalg.lstsq(w[1:, 1:], coupling, rcond=ROUNDED)[0]
@@ -268,9 +268,9 @@ def _from_rest(w: Array, mu: float) -> tuple[bool, float, Array]:
 
 
 def _turning(w: Array, mu: float, end: _End, at: _Course) -> tuple[_Course, bool]:
-    """Slip in space while its direction turns: up to the end of the impact, or where the rest is straight or nothing.
+    """The state after slip in space with turning direction, up to its end or constant direction; whether the impact has ended.
 
-    y = (φ, ln(|v_t|/|v_t⁻|), v_n, p, ∫ v_n dp).
+    The variables of integration are y = (φ, ln(|v_t|/|v_t⁻|), v_n, p, ∫ v_n dp).
     """
     first = float(np.linalg.norm(at.tangential))
     rates = _rates(w, mu, first)
@@ -311,7 +311,7 @@ def _turning(w: Array, mu: float, end: _End, at: _Course) -> tuple[_Course, bool
 
 
 def _rates(w: Array, mu: float, first: float) -> Callable[[Array], Array]:
-    """dy/ds of slip that turns."""
+    """The function dy/ds(y) of slip in space; `first` is |v_t⁻|."""
     (nn, na, nb), (_, aa, ab), (_, _, bb) = w.tolist()
 
     def rates(y: Array) -> Array:
@@ -323,7 +323,7 @@ def _rates(w: Array, mu: float, first: float) -> Callable[[Array], Array]:
 
 
 def _extrapolated(rates: Callable[[Array], Array], y: Array, step: float) -> tuple[Array, Array]:
-    """One step of order 12 and its error, by the midpoint rule (Gragg 1965)."""
+    """One step of order 12 by extrapolation of the midpoint rule (Gragg 1965), and its error estimate."""
     rows = []
     for n in _ORDERS:
         h = step / n
@@ -340,7 +340,7 @@ def _extrapolated(rates: Callable[[Array], Array], y: Array, step: float) -> tup
 def _located(
     rates: Callable[[Array], Array], y: Array, step: float, missing: Callable[[Array], float], part: int
 ) -> Array:
-    """Where nothing is missing any more within a step: Newton's method in its length, halves where that leaves the bracket."""
+    """y at the zero of `missing` within a step: Newton's method in the step length, with bisection if it leaves the bracket."""
     low, high, at = 0.0, step, step
     for _ in range(_LOCATED):
         new = _extrapolated(rates, y, at)[0]

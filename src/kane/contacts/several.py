@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Several contacts in impacts at one instant, by a rule that the result states.
+"""Impacts of several contacts at one instant, sequential or simultaneous.
 
-SEQUENTIAL: one after the other by Routh's process, the one that closes fastest first, ties in order, until none closes. SIMULTANEOUS:
-all that close at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip after the impact (Moreau 1988): Newton's law.
+SEQUENTIAL: one contact at a time by Routh's method, the fastest approach first, ties by index, until none approaches. SIMULTANEOUS:
+all that approach at once, v_n⁺ ≥ −e v_n⁻, with friction impulses that oppose the slip after the impact (Moreau 1988): Newton's law.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from kane.numeric.arrays import Array, Entries
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 
 _MOST = 100
-"""Impacts of a sequence, times k², after which what is left closes without restitution."""
+"""Largest number of impacts of a sequence, over k²; then the remaining approach ends without restitution."""
 
 _NOTHING = math.sqrt(np.finfo(float).tiny)
-"""A velocity whose square is no number any more is zero, as those may be that projections leave of what sticks."""
+"""Velocities below this, whose squares underflow, are set to zero: projections may leave such values at sticking contacts."""
 
 
 class Rule(Enum):
-    """Which impacts come first."""
+    """The order of impacts."""
 
     SEQUENTIAL = "one after the other, the fastest first"
     SIMULTANEOUS = "all at once"
 
 
 class Hit(NamedTuple):
-    """An impact of a sequence."""
+    """An impact of a sequence, with the index of its contact."""
 
     contact: int
     impact: ContactImpact
@@ -46,17 +46,17 @@ class Hit(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impacts:
-    """What several impacts do.
+    """The result of impacts of k contacts.
 
     Attributes
     ----------
     velocity : v⁺ (dk)
     impulse : p (dk), the sum of all
     energy : change of the kinetic energy
-    hits : the impacts of a sequence, in order, with the energy of each
-    at_once : the choice of modes where contacts close together: SIMULTANEOUS, or, without restitution, what is left of a sequence that
-        does not end by itself
-    rule, law : by which they were found; `law` is Newton's where all close at once
+    hits : the impacts of a sequence, in order
+    at_once : the choice of modes of contacts that close together: if SIMULTANEOUS, in the first impact; if a sequence reaches the
+        largest number of impacts, in the last one, without restitution; else None
+    rule, law : the rule and the law of restitution; `law` is Newton's if SIMULTANEOUS
     """
 
     velocity: Array
@@ -79,7 +79,7 @@ def impacts(
     terms: Any = None,
     names: Sequence[str] = (),
 ) -> Impacts:
-    """The velocities of k contacts after impacts of those that close; those at rest take part as soon as they do.
+    """The velocities of k contacts after impacts of those that approach; contacts at rest take part if impacts make them approach.
 
     Parameters
     ----------
@@ -87,17 +87,17 @@ def impacts(
     velocity : v⁻ = J u (dk)
     friction : μ of each contact (k)
     restitution : e of each contact (k), or one for all
-    law : what e means; Stronge's unless given, and Newton's where all close at once
-    rule : which come first
+    law : the law of restitution; Stronge's unless given, Newton's if SIMULTANEOUS
+    rule : the order of impacts
     terms : sums of the magnitudes of the terms of v (dk); the largest |v| unless given
-    names : of the contacts, for messages
+    names : names of the contacts, for messages
 
     Raises
     ------
     ArgumentError
-        as `impact` and `contact_problem` do, and for another law than Newton's where all close at once
+        as `impact` and `contact_problem`, and if SIMULTANEOUS with a law other than Newton's
     ContactError
-        if no impulses agree with the laws of friction where contacts close together
+        if no impulses satisfy the laws of friction where contacts close together
 
     Warns
     -----
@@ -128,7 +128,7 @@ def impacts(
 
 
 def _together(problem: ContactProblem, e: Array) -> Impacts:
-    """All that close at once, with those at rest, which are kept from closing; again where these throw others back to the bodies."""
+    """Simultaneous impacts of contacts that approach or are at rest; repeated while the impulses make other contacts approach."""
     d, k, w = problem.dimension, problem.count, problem.mobility
     v, p, terms, first = problem.bias, np.zeros(d * k), problem.terms, None
     for _ in range(_MOST * k * k):
@@ -148,7 +148,7 @@ def _together(problem: ContactProblem, e: Array) -> Impacts:
 
 
 def _thrown(problem: ContactProblem, v: Array, terms: Array, e: Array, parts: Entries) -> ModeChoice:
-    """The impulses of some contacts at once, v_n⁺ ≥ −e v_n⁻."""
+    """The simultaneous impulses, as forces, of the contacts `parts`, with v_n⁺ ≥ −e v_n⁻."""
     d = problem.dimension
     rows = (d * parts[:, None] + np.arange(d)).ravel()
     asked = v[rows].copy()
@@ -159,7 +159,7 @@ def _thrown(problem: ContactProblem, v: Array, terms: Array, e: Array, parts: En
 
 
 def _sequence(problem: ContactProblem, e: Array, law: Law) -> Impacts:
-    """One after the other."""
+    """Sequential impacts."""
     d, k, w = problem.dimension, problem.count, problem.mobility
     v, p, terms, hits, at_once = problem.bias, np.zeros(d * k), problem.terms, list[Hit](), None
     for _ in range(_MOST * k * k):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a mode of its contacts adds to a system: constraints, friction, reactions, and the events that end it."""
+"""Constraints, friction loads, reactions and terminating events that contacts in given modes add to a system."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _NO_FRICTION = 1e-300
-"""What is shared where Σ μ_s N is zero: nothing."""
+"""Added to the divisor Σ μ_s N, so that the parts of a group's friction are zero, not NaN, if that sum is zero."""
 
 
 def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[Any]]:
-    """What modes add to a system's arguments: constraints, friction, reactions, and events that end them."""
+    """Additional arguments of a system, by name: constraints, friction loads, reactions, and the events that end the modes."""
     result: dict[str, list[Any]] = {name: [] for name in ("holonomic", "nonholonomic", "loads", "reactions", "events")}
     forces = standing_forces(contacts, modes)
     for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
@@ -31,9 +31,9 @@ def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[An
 
 
 class Stand(NamedTuple):
-    """Contacts (places in the list) of a body with one plane of another, at more points than are needed to hold it.
+    """Contacts, by index, of one body with one plane of another, whose constraints are redundant.
 
-    N_i = Σ w_i0k R_k over `normals`, F_ij = Σ w_ijk R_k over `along` of those that stick: R are the multipliers of its rows.
+    N_i = Σ w_i0k R_k over `normals`; F_ij = Σ w_ijk R_k over `along` for those that stick, with multipliers R of the constraint rows.
     """
 
     members: tuple[int, ...]
@@ -42,7 +42,7 @@ class Stand(NamedTuple):
 
 
 def stands(contacts: Sequence[ContactLaw], modes: Modes) -> list[Stand]:
-    """The stands of a mode."""
+    """The redundant contacts of the modes, one `Stand` for each body and plane."""
     if all(mode < ContactMode.ACROSS for mode in modes):
         return []
     found: dict[Any, list[int]] = {}
@@ -64,7 +64,7 @@ def stands(contacts: Sequence[ContactLaw], modes: Modes) -> list[Stand]:
 
 
 def standing_forces(contacts: Sequence[ContactLaw], modes: Modes) -> dict[Expr, Expr]:
-    """N, and F of those that stick, of the contacts of stands, by the multipliers of their rows."""
+    """N, and F of contacts that stick, in terms of multipliers, for all contacts of stands."""
     forces: dict[Expr, Expr] = {}
     for stand in stands(contacts, modes):
         for c, mode in ((contacts[i], modes[i]) for i in stand.members):
@@ -81,7 +81,7 @@ Forces = Mapping[Expr, Expr]
 
 
 def groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:
-    """For each contact those that stick by its row, itself first; () of those that are held with another; in a stand, itself."""
+    """For each contact those that its row makes stick, itself first; () if the row of another does; in a stand, itself alone."""
     result: list[Group] = []
     leader, alone = 0, {i for stand in stands(contacts, modes) for i in stand.members}
     for k, (c, mode) in enumerate(zip(contacts, modes, strict=True)):
@@ -116,19 +116,19 @@ def _normal_reactions(c: ContactLaw) -> list[Reaction]:
 
 
 def friction(c: ContactLaw, mode: ContactMode, forces_: Forces) -> Load:
-    """The friction of a contact that slips, where N and F are `forces_`."""
+    """The friction load of a contact that slips; `forces_` replace N and F."""
     sizes = {f: substituted(size, forces_) for f, size in c.sliding_friction(mode).items()}
     forces: list[tuple[Point, Vector]] = []
     torques: list[tuple[Frame, Vector]] = []
     for row, f in zip(c.slips, c.friction_forces, strict=True):
         forces += [(p, v * sizes[f]) for p, v in row.forces]
         torques += [(frame, v * sizes[f]) for frame, v in row.torques]
-    shared = c.normal_force in forces_  # a multiplier that others share may have either sign, N has an event of its own
+    shared = c.normal_force in forces_  # a shared multiplier may have either sign; a separate event monitors N
     return Load(friction_name(c), tuple(forces), tuple(torques), slip=Slip(None) if shared else None)
 
 
 def friction_name(c: ContactLaw) -> str:
-    """The name of the load that is the friction of a contact that slips."""
+    """The name of the friction load of a contact that slips."""
     return f"friction of {c.name}"
 
 
@@ -157,7 +157,7 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> 
 
 
 def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr]) -> Sequence[Expr]:
-    """Expressions with N and F of the contacts as their modes have them, where these are no unknowns."""
+    """Expressions with N and F of contacts replaced by their expressions in the modes, where they are not unknowns."""
     if not modes:
         return exprs
     standing = standing_forces(contacts, modes)

@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contacts with friction and impacts: one declaration, of which the equations of every mode are derived.
+"""Contacts with friction and impacts: one declaration, from which the equations of every mode are derived.
 
-A contact has a gap g(q, t) ≥ 0, velocities of slip v_k = 0, and laws (Coulomb, with μ_s ≥ μ_k):
+A contact has a gap g(q, t), slip velocities v_k, and laws (Coulomb, with μ_s ≥ μ_k):
 
     separated  g > 0                       no force
     sticks     g = 0, v = 0                |F| ≤ μ_s N
     slips      g = 0, N ≥ 0                F = −μ_k N v/|v| − c v
 
-N and F are multipliers of the rows g and v_k: constraints of a mode's system, whose forces, places and reactions are those of
-`kane.model.constraints`. Where coordinates keep a contact closed by themselves it has no gap, and N is a reaction that is declared.
-Friction of a given size, as in a clutch, has neither: |F| ≤ size. μ_k may be a function of |v|: a symbol stands for |v| in it.
-Resistance to rolling and to drilling is pressed by the N of another contact, and is there as long as that one is closed.
+N and F are the multipliers of g = 0 and v_k = 0, which are constraints (see `kane.model.constraints`) of the system in a closed mode.
+A contact that the choice of coordinates keeps closed has no gap, and N is a declared reaction. Friction of a given magnitude, as in a
+clutch, has neither a gap nor N: |F| ≤ size. μ_k may be a function of |v|, in which a symbol represents |v|. Rolling and drilling
+resistance are proportional to the N of another contact, and act while that one is closed.
 
-In a mode a contact slips either `STRAIGHT`, along a direction d that is a number, or along v itself: v/|v| has no value where a
-slip begins or ends. In the plane all slip is straight.
+A contact slips either in the mode `STRAIGHT`, along a constant direction d, or along v itself: v/|v| is undefined where slip begins
+or ends. In the plane all slip is straight.
 
-Where several contacts stick by one row, as the corners of a block, the first has the row and the others are `HELD` with it: rigid
-bodies tell the sum of their friction alone. It is shared in proportion to μ_s N, and holds while |ΣF| ≤ Σ μ_s N.
+If several contacts stick by the same constraint, as the corners of a block do, the first has the constraint and the others are
+`HELD`: rigid bodies determine only the sum of their friction. It is shared in proportion to μ_s N; they stick while |ΣF| ≤ Σ μ_s N.
 
-A body that stands on more points of a plane than rigid bodies tell the forces of is a `Stand`: fewer rows hold it, and their
-multipliers are shared by numbers among all of its contacts (`kane.equations.contact_shares`).
+If a body stands on a plane at more points than rigid bodies determine forces for, its contacts are a `Stand`: a subset of the
+constraints is imposed, and all contacts share the multipliers by constant weights (`kane.equations.contact_shares`).
 """
 
 from __future__ import annotations
@@ -47,18 +47,17 @@ from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
 SHARED = 3
-"""Rows at most, across a plane and along it, that hold a rigid body on it."""
+"""Largest number of independent constraints, of gaps or of slips, between a rigid body and a plane."""
 LAWS = ("stronge", "poisson", "newton", "moreau")
 
 
 class ContactMode(IntEnum):
     """The mode of a contact: SEPARATED, STICK or SLIP; a contact without friction has the mode STICK while it is closed.
 
-    STRAIGHT: it slips in a fixed direction, near zero slip. HELD: it sticks together with the nearest contact
-    before it in the list that has friction and the mode STICK. Where several contacts hold one rigid body on a plane, their
-    constraints depend on each other. HELD: the slip then vanishes with those of the others; ACROSS: this is so for one direction
-    of slip, and the other has a constraint of its own; CARRIED…: the gap, and without slip the slip too, stays zero with those of
-    the others.
+    STRAIGHT: it slips in a fixed direction, near zero slip. HELD: it sticks together with the nearest contact before it in the list
+    that has friction and the mode STICK. If several contacts hold one rigid body on a plane, their constraints are redundant: a
+    contact is then HELD if its slip vanishes with those of the others, ACROSS if this is so for one direction of slip, and the other
+    has a constraint of its own, CARRIED… if its gap, and without slip its slip too, stays zero with those of the others.
     """
 
     SEPARATED = 0
@@ -102,7 +101,7 @@ class ContactMode(IntEnum):
 
 
 _SLIPS = {ContactMode.STRAIGHT: ContactMode.SLIP, ContactMode.CARRIED_STRAIGHT: ContactMode.CARRIED_SLIP}
-"""Straight slips, and what they become."""
+"""The modes of slip in a fixed direction, and the corresponding ones of slip along v."""
 _CARRIED = {ContactMode.STRAIGHT: ContactMode.CARRIED_STRAIGHT, ContactMode.SLIP: ContactMode.CARRIED_SLIP}
 
 Modes = tuple[ContactMode, ...]
@@ -123,14 +122,14 @@ class ContactLaw(Immutable):
     speed : the symbol of the slip speed |v| in μ_k
     viscous : c of the force −c v that is added in the mode SLIP
     restitution : coefficient of restitution e of impacts
-    law : of restitution: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
+    law : law of restitution: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
     direction : symbols of the direction d_k of slip in the mode STRAIGHT
     slowest : symbol of the slip speed below which the mode is STRAIGHT
     place : the geometry of the contact, if it was made by `kn.contact`
     pressed_by : the contact whose normal force acts in the friction law, if it is a different one
     slack : symbol of a gap below zero, of the size of rounding, that counts as closed
     across : the constraint of the slip perpendicular to `direction`, and its multiplier; None if there is one slip velocity
-    shares : of the multipliers in N and in each F_k, if several contacts hold one rigid body on a plane
+    shares : weights of the multipliers in N and in each F_k, if several contacts hold one rigid body on a plane
     """
 
     name: str
@@ -218,7 +217,7 @@ class ContactLaw(Immutable):
 
 
 class Friction(NamedTuple):
-    """Of a contact as it is given: μ_k, a number or a function of the speed of slip, μ_s or None, and c."""
+    """The friction arguments of a contact: μ_k, a number or a function of the slip speed; μ_s or None; c."""
 
     kinetic: Any = 0
     static: Any = None
@@ -254,7 +253,7 @@ def stribeck(kinetic: Any, static: Any, speed: Any) -> Callable[[Any], Expr]:
 
 
 def _coefficient(name: str, what: str, given: Any) -> Expr:
-    """A number or an expression that a contact is given."""
+    """The number or expression `given` as an expression; ExpressionError if it is neither."""
     try:
         return as_expr(given)
     except ExpressionError as error:
@@ -273,7 +272,7 @@ def _law(
     restitution: Any = 0,
     law: str = LAWS[0],
 ) -> ContactLaw:
-    """A law whose numbers are admissible where parameters have their defaults."""
+    """A contact with its symbols; raises unless coefficients are admissible for the default values of parameters."""
     expect.instance(name, str, "a text as the name of a contact")
     expect.that(name, "a name of a contact", name)
     label = word(name)
@@ -309,7 +308,7 @@ def _law(
 def _across(
     name: str, label: str, rows: Sequence[Constraint], directions: Sequence[Expr]
 ) -> tuple[Constraint, Reaction]:
-    """The row −d₂ v₁ + d₁ v₂ = 0."""
+    """The constraint −d₂ v₁ + d₁ v₂ = 0 of the slip perpendicular to `direction`, and its multiplier."""
     ways = (neg(directions[1]), directions[0])
     each = list(zip(ways, rows, strict=True))
     row = replace(
@@ -326,7 +325,7 @@ def _across(
 def check_numbers(
     name: str, static: float | None, kinetic: float | None, e: float | None, *, sized: bool = False
 ) -> None:
-    """Refuse coefficients that are no friction, or no restitution."""
+    """Raises unless 0 ≤ μ_k ≤ μ_s and 0 ≤ e ≤ 1; None is an unknown value."""
     for what, value in (("a size" if sized else "mu = μ_k", kinetic), ("static = μ_s", static)):
         right = value is None or value >= 0
         expect.that(right, f"{what} ≥ 0 of the contact {name!r}", came=f"{value}", cure="Give 0 where it is smooth.")
@@ -358,7 +357,7 @@ def contact(
     static : coefficient of static friction μ_s ≥ μ_k; by default μ_k at v = 0
     viscous : c ≥ 0, N s/m, of a force −c v in addition to −μ_k N v/|v| while the contact slips
     restitution : coefficient of restitution e, from 0 to 1
-    law : of restitution. "stronge" (energetic), "poisson" (impulses) and "newton" (velocities) treat one contact after the other,
+    law : law of restitution. "stronge" (energetic), "poisson" (impulses) and "newton" (velocities) treat one contact after the other,
         with slip that may end and reverse during the impact (Routh); "moreau" demands v_n⁺ ≥ −e v_n⁻ of all contacts at once, with
         friction opposite to the slip after the impact (Moreau 1988)
     normal : the normal force as a reaction, if coordinates keep the contact closed; the motion then ends where it falls to zero
@@ -464,8 +463,8 @@ def stop(name: str, gap: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> Co
 def rope(name: str, points: Sequence[Point], length: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> ContactLaw:
     """A massless, inextensible rope of length L (m) through `points` in order, slack or taut: Σ|r_i+1 − r_i| ≤ L.
 
-    Points between the ends are frictionless pulleys without size. `normal_force` is the tension (N). `restitution` and `law` hold
-    where the rope becomes taut, as in `kn.contact`.
+    Points between the ends are frictionless pulleys without size. `normal_force` is the tension (N). `restitution` and `law`, as in
+        `kn.contact`, apply when the rope becomes taut.
     """
     through = _rope_points(name, points)
     return _law(name, _rope_row(name, through, length), (), None, restitution=restitution, law=law)
@@ -491,15 +490,15 @@ def capstan(
 
     Parameters
     ----------
-    name : of the contact
-    points : of the rope, in order, with `drum` between its ends; others between are frictionless pulleys
-    length : of the rope, m, without the part wound round the drum
+    name : name of the contact
+    points : points of the rope, in order, with `drum` between its ends; others between are frictionless pulleys
+    length : length of the rope, m, without the part wound round the drum
     mu : coefficient of sliding friction, or a function of the slip speed
     drum : the centre of the drum, whose radius is neglected
-    angle : θ ≥ 0 of wrap, rad; 2 π per turn
+    angle : angle of wrap θ ≥ 0, rad; 2 π per turn
     static : coefficient of static friction
     surface : velocity of the drum's surface towards the last point, m/s, for a winch
-    restitution, law : where the rope becomes taut, as in `kn.contact`
+    restitution, law : of the impact when the rope becomes taut, as in `kn.contact`
 
     Notes
     -----
@@ -536,7 +535,7 @@ def _rope_points(name: str, points: Sequence[Point]) -> list[Point]:
 
 
 def _rope_parts(through: Sequence[Point]) -> tuple[Expr, dict[Point, Vector]]:
-    """The length between points in order, and the forces that a tension of one exerts on them."""
+    """The length of the polygon through points, and the force on each of them at unit tension."""
     pulls: dict[Point, Vector] = {}
     length = ZERO
     for p, q in pairwise(through):
@@ -549,7 +548,7 @@ def _rope_parts(through: Sequence[Point]) -> tuple[Expr, dict[Point, Vector]]:
 
 
 def _rope_row(name: str, through: Sequence[Point], length: Any) -> Constraint:
-    """L − Σ|r_i+1 − r_i|."""
+    """The constraint of the gap L − Σ|r_i+1 − r_i|."""
     taut, pulls = _rope_parts(through)
     left = sub(as_expr(length), taut)
     _check_moves(name, left)
@@ -621,7 +620,7 @@ def clutch(
 
 
 def contact_rows(contacts: Sequence[ContactLaw]) -> list[Constraint]:
-    """Their gaps and slips, of contacts at different places, with one law of impacts, and those that press others listed, too."""
+    """The constraints of all contacts; ModelError if gaps are equal, laws of restitution differ, or a `pressed_by` is not listed."""
     gaps: dict[Expr, str] = {}
     for c in contacts:
         if c.gap is None:
@@ -639,12 +638,12 @@ def contact_rows(contacts: Sequence[ContactLaw]) -> list[Constraint]:
 
 
 def law_of(contacts: Sequence[ContactLaw]) -> str:
-    """The law of restitution of all impacts; without restitution those that take one contact after the other say the same.
+    """The law of restitution of all impacts; without restitution, the sequential laws are the same.
 
     Raises
     ------
     ModelError
-        if there are several: impacts at one instant follow one
+        if contacts have different laws, as impacts at one instant follow one law
     """
     laws = {c.law: c.name for c in contacts if c.gap is not None and (c.restitution is not ZERO or c.law == LAWS[-1])}
     if len(laws) > 1:
@@ -656,18 +655,18 @@ def law_of(contacts: Sequence[ContactLaw]) -> str:
 
 
 def slip_parameters(contacts: Sequence[ContactLaw]) -> tuple[Parameter, ...]:
-    """The numbers that modes of contacts have beside the parameters: directions of slip, the slowest slips, and shares."""
+    """The parameters that the modes of contacts set: directions of slip, slip speeds below which slip is straight, and shares."""
     own = (p for c in contacts if c.slips for p in (*c.direction, c.slowest))
     return (*own, *(p for c in contacts if c.place is not None for row in c.shares for p in row))
 
 
 def laws_of(contacts: Sequence[ContactLaw]) -> list[Expr]:
-    """Their coefficients."""
+    """The coefficients μ_s, μ_k, e and c of all contacts."""
     return [x for c in contacts for x in (*c.numbers, c.viscous)]
 
 
 def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
-    """The modes of all contacts, in order, of those that are given by contact or name."""
+    """The modes of all contacts, in order, from a sequence or from a mapping by contact or name."""
     if not isinstance(given, Mapping):
         modes = expect.items(given, f"modes of all {len(contacts)} contacts")
         expect.that(len(modes) == len(contacts), f"modes of all {len(contacts)} contacts", came=str(len(modes)))
@@ -682,7 +681,7 @@ def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
 
 
 def _mode(contact: ContactLaw, given: Any) -> ContactMode:
-    """A mode, by itself, its number or its name; "closed" is one of a contact without friction, as of motions."""
+    """The mode that `given` denotes: a mode, its number or its name; a contact without friction also has the mode "closed"."""
     names = {m.name.lower(): m for m in ContactMode} | ({} if contact.slips else {"closed": ContactMode.STICK})
     found = [m for name, m in names.items() if given in (name, m.value)]
     expect.that(found, f"a mode of the contact {contact.name!r} among {', '.join(names)}", given)
@@ -690,7 +689,7 @@ def _mode(contact: ContactLaw, given: Any) -> ContactMode:
 
 
 def _mode_of(c: ContactLaw, told: Mapping[str, ContactMode]) -> ContactMode:
-    """The mode of a contact, where it is told nothing of by default; separated with the one that presses it."""
+    """The mode of a contact: given, else STICK without a gap and SEPARATED with one; SEPARATED if the contact that presses it is."""
     presses = c.pressed_by
     if presses is not None and _mode_of(presses, told) is ContactMode.SEPARATED:
         return ContactMode.SEPARATED

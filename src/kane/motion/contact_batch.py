@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions with contacts, each one call of the kernel that leads from mode to mode: one at a time, or laid out and judged as one table.
+"""Batches of motions with contacts, each by one call of the automaton's kernel: one at a time, or collected and checked as a table.
 
-A motion that the kernel does not lead to the end, or whose energy is not surely kept, is left to be simulated by itself: that makes
-known the modes which those after it go through, too.
+A motion that the kernel does not complete, or whose energy balance is not certain to hold, is left to a separate simulation, which
+also prepares the kernels of modes that later motions need.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,11 +34,11 @@ from kane.program.native.machine import Settings
 from kane.progress import is_noted
 
 _ROOM = 2**21
-"""So many doubles of records and samples are laid out as one table, or a few more."""
+"""Approximate size, in doubles, of records and samples collected in one table."""
 
 
 def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> bool:
-    """Whether motions are run so: with contacts alone that change their equations, and inputs that are numbers."""
+    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are constant."""
     system = eom.system
     return (
         bool(system.contacts)
@@ -55,9 +55,9 @@ def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method, s
 
 
 class Led(NamedTuple):
-    """Motions that were led to the end: which of a tile, and their modes one after the other as a table.
+    """Completed motions: their indices `which` and numbers of steps, and a table of samples (t, states), mode by mode.
 
-    Of each row of the table `piece` is the row of `records` and `motion` the place in `which`; `made` are the modes that these name.
+    For each row of the table, `piece` is the row of `records` and `motion` the index in `which`; `records` refer to modes in `made`.
     """
 
     which: Indices
@@ -70,13 +70,13 @@ class Led(NamedTuple):
     motion: Indices
 
     def spans(self, motions: Indices) -> list[tuple[int, int]]:
-        """Where the rows of motions begin and end in the table."""
+        """The ranges (begin, end) of rows of motions in the table."""
         sides = (np.searchsorted(self.motion, motions, side=side).tolist() for side in ("left", "right"))
         return list(zip(*sides, strict=True))
 
 
 class ContactBatch:
-    """The motions of equations over a span with inputs that are the same for all."""
+    """Motions of equations over one span, with the same inputs."""
 
     def __init__(
         self,
@@ -96,18 +96,18 @@ class ContactBatch:
         self.r = np.array([constant(drives[s]) or 0.0 for s in eom.inputs] + [0.0], dtype=float)
 
     def single(self) -> "ContactCalls":
-        """What runs one of the motions at a time."""
+        """The object that runs one motion at a time."""
         return ContactCalls(self)
 
     def taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
-        """A runner that no other motion has, and where it is to be put when it is free again."""
+        """A runner that no other motion uses, and the list to which it must be returned after use."""
         parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
         return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
 
     def run(
         self, x: Array, p: Array, alone: Callable[[int], None], stops: Callable[[], bool] = lambda: False
     ) -> Iterator[Led]:
-        """The motions from (q, u, a), a row of x each, with parameters, rows of p, some at a time; of the others `alone` is called."""
+        """The motions from rows (q, u, a) of x with rows p of parameters, in groups; `alone(row)` is called for the others."""
         begin = 0
         while begin < len(x) and not stops():
             led, begin = self._led(x, p, begin, alone, stops)
@@ -116,7 +116,7 @@ class ContactBatch:
     def _led(
         self, x: Array, p: Array, begin: int, alone: Callable[[int], None], stops: Callable[[], bool]
     ) -> tuple[Led, int]:
-        """The motions from the row `begin` on, as many as there is room for, and the row after them."""
+        """The motions from the row `begin` on, as many as fit in one table, and the row after them."""
         which, steps, every = list[int](), list[float](), list[ModeKernel]()
         records, samples = list[Array](), list[Array]()
         own, free = self.taken(p[begin])
@@ -145,7 +145,7 @@ class ContactBatch:
         return Led(*numbers, table, every, t, states, piece, owner[piece]), n
 
     def judged(self, led: Led, p: Array) -> Mask:
-        """Which motions begin where the equations are surely regular, and surely keep their energy but for what impacts take."""
+        """Whether equations are certainly regular at the start, and the energy balance, except for impacts, holds (motions)."""
         found = self.read(led.t, led.states, p[led.which][led.motion])
         result = np.zeros(len(led.which), dtype=bool)
         for k, (begin, end) in enumerate(led.spans(np.arange(len(led.which)))):
@@ -155,7 +155,7 @@ class ContactBatch:
         return result
 
     def read(self, t: Array, states: Array, p: Array) -> Array:
-        """K, E and the least pivot (rows × 3) at times and y, with parameters of each row or of all."""
+        """K, E and the least pivot (rows × 3) at times t and y, with one row of parameters for each or for all."""
         rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
         found = np.zeros((len(t), 3))
         places = (t.copy(), 1), (y, y.shape[1]), (rows, rows.shape[1] if len(p) > 1 else 0), (self.r, 0)
@@ -163,13 +163,13 @@ class ContactBatch:
         return found
 
     def is_kept(self, t: Array, found: Array, work: Array, piece: Indices) -> bool:
-        """Whether one motion surely keeps its energy, by what was read of it, the work done, and the mode of each row."""
+        """Whether the energy balance of a motion certainly holds, by the results of `read`, the work, and the mode of each row."""
         kinetic, total, _ = found.T
         work = work + leaps(total, np.flatnonzero(np.diff(piece)) + 1)
         return surely_keeps(t, kinetic, total, work, self.method.rtol, True)
 
     def table(self, led: Led, chosen: Mask, constants: Callable[[int], dict[Expr, float]], modes: bool) -> Solution:
-        """The chosen motions at the times of samples, one after the other; `modes` tells whether more is read off it than states."""
+        """The chosen motions at the sample times, one after the other; with `modes`, each sample has the equations of its mode."""
         spans = led.spans(np.flatnonzero(chosen))
         rows = np.concatenate([a + np.searchsorted(led.t[a:b], self.t, side="right") - 1 for a, b in spans])
         eom, own = self.eom, led.which[chosen]
@@ -193,14 +193,14 @@ class ContactBatch:
 
 
 class ContactCalls:
-    """The motions of a batch one at a time, as a `kane.motion.runner.Runner` runs them."""
+    """Runs the motions of a batch one at a time, with the interface of `kane.motion.runner.Runner`."""
 
     def __init__(self, batch: ContactBatch) -> None:
         self.batch, self.options = batch, batch.options
         self.usual: dict[Expr, float] = {}
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
-        """The next motions have these values of the parameters, which are checked."""
+        """Sets the parameter values of the next motions, after checks."""
         self.p = np.array([constants[s] for s in eom.parameters])
         check_values(eom, self.p, self.batch.span)
 
@@ -211,7 +211,7 @@ class ContactCalls:
     def run(
         self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
     ) -> tuple[Solution | None, bool]:
-        """The motion, and whether it surely keeps its energy; None where the kernel does not lead it to the end."""
+        """The motion, and whether its energy balance certainly holds; None if the kernel does not complete it."""
         batch = self.batch
         own, free = batch.taken(self.p)
         try:

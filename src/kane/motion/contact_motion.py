@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion of a system with contacts: mode by mode, each with the equations derived of it.
+"""A motion with contacts as a hybrid automaton: one mode after the other, each with its own derived equations.
 
-A mode ends by one of its events (`kane.model.contacts`). What comes then follows from the state there alone: an impact where a
-gap closes, then the modes whose accelerations and forces agree with the laws (`kane.contacts`). What is closed, and whether it slips,
-is known by events, never read off a threshold; a start is the one instant at which numbers decide.
+A mode ends at one of its events (`kane.model.contacts`). The state there alone determines what follows: an impact where a gap closes,
+then the modes whose accelerations and forces satisfy the laws (`kane.contacts`). Events determine which contacts are closed and which
+slip; numerical values decide this only at the start of a motion.
 
-Impacts that become ever smaller end at the limit of their series: the n-th comes v_n (1 + e)/a after the one before, with v_n falling
-as eⁿ, so that after a rebound with v the contact rests within 2 v/(a (1 − e)). Where the height v²/2a that is left is less than
-tolerances tell, or a small share of the highest before, it rests then.
+A Zeno sequence of impacts is replaced by its limit: the n-th impact follows v_n (1 + e)/a after the one before, with v_n ∝ eⁿ, so that
+a contact that rebounds with v is at rest after 2 v/(a (1 − e)). It comes to rest if the height v²/2a of its rebound is below a
+fraction of the tolerance of the gap, or of the highest rebound before.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ _LAWS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decided:
-    """What contacts do from an instant on: modes and directions of slip (k × d − 1).
+    """The modes of contacts from an instant on, and directions of slip (k × d − 1).
 
-    `choice` is of those that were `closed`, `hits` met before; it is `stiff` where slip begins that turns at once.
+    `choice` is that of the contacts `closed`; `hits` had impacts before; `stiff` if slip begins whose direction changes at once.
     """
 
     modes: Modes
@@ -78,12 +78,12 @@ class Decided:
 
     @property
     def forces(self) -> Array:
-        """N and F of those that were closed."""
+        """N and F of the contacts `closed`; empty without a choice."""
         return np.zeros(0) if self.choice is None else self.choice.forces
 
 
 class ContactMotion:
-    """A motion with contacts on its way: t, u and what is known of the contacts."""
+    """The contacts of a motion; arrays (k) hold the `highest` rebound, `fastest` slip, last `rebound` speed and `slack` of each."""
 
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
@@ -100,7 +100,7 @@ class ContactMotion:
         self.brief = False  # the mode that has ended lasted no time
 
     def touch(self, t: float, x: Array) -> ContactsAtState:
-        """The contacts at an instant."""
+        """The contacts at time t and state x = (q, u, a)."""
         r = np.array([value(self.inputs[s], t, x) for s in self.numbers.bundle.ports[3].symbols])
         numbers = self.numbers(t, x, self.p, r)
         return ContactsAtState(self.layout, numbers, x[self.q : self.q + len(self.eom.speeds)])
@@ -108,7 +108,7 @@ class ContactMotion:
     # Numbers of an instant ---------------------------------------------------------------------------------------------------
 
     def _still(self, touch: ContactsAtState, closed: set[int], sliding: Array) -> Array:
-        """Directions of slip (k × d − 1), zero where there is none but for rounding."""
+        """Directions of slip (k × d − 1) of the contacts `closed`, zero where slip is zero up to rounding."""
         result = np.zeros_like(sliding)
         for i in closed:
             v, size = touch.slips[i], float(np.linalg.norm(touch.slips[i]))
@@ -117,7 +117,7 @@ class ContactMotion:
         return result
 
     def decide(self, t: float, x: Array, closed: set[int], sliding: Array, friction: Array, before: Modes) -> Decided:
-        """The modes from an instant on; `sliding` (k × d − 1) has directions of slip, `friction` (k) the μ_s that hold."""
+        """The modes from time t on; `sliding` (k × d − 1) are directions of present slip, `friction` (k) the μ_s to be used."""
         modes = [ContactMode.SEPARATED] * len(self.contacts)
         directions = self.none.copy()
         closed = self.layout.together(closed)
@@ -151,7 +151,7 @@ class ContactMotion:
         return Decided(*held_together(touch, modes, directions), order, choice)
 
     def hit(self, t: float, x: Array, closed: set[int]) -> tuple[Array, set[int], float]:
-        """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
+        """The state after impacts of contacts, those that stay closed, and the time at which the last omitted rebound ends."""
         order, touch = sorted(closed), self.touch(t, x)
         laws = touch.numbers.laws
         problem = touch.problem(order, self.none, laws[:, 1], velocities=True)
@@ -168,7 +168,7 @@ class ContactMotion:
         speeds = slice(self.q, self.q + touch.width)
         after[speeds] = touch.after(x[speeds], touch.places(order), done.impulse)
         scale = np.sqrt(np.diag(problem.mobility))
-        size = problem.terms + scale * (scale @ np.abs(done.impulse))  # what rounding of W leaves is beside this
+        size = problem.terms + scale * (scale @ np.abs(done.impulse))  # the scale of rounding errors of W
         self.fastest[order] = np.maximum(self.fastest[order], problem.tangents(size).max(axis=1))
         leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
@@ -179,7 +179,7 @@ class ContactMotion:
             touch = self.touch(t, after)
             sliding = self._still(touch, stays, self.none)
             stuck = [i for i in stays if not sliding[i].any()]
-            while flat:  # and what these press down
+            while flat:  # and contacts that these push down
                 stays |= set(flat)
                 change = touch.held(sorted(stays), stuck)
                 rates = touch.velocity + touch.rows[:, : touch.width] @ change
@@ -187,16 +187,16 @@ class ContactMotion:
                 flat = [i for i in off if i not in stays and down[i]]
             after[self.q : self.q + touch.width] += change
             off = [i for i in off if i not in stays]
-            flat, later = self._flat(t, after, stays, off, rebound)  # beside these others fall faster
+            flat, later = self._flat(t, after, stays, off, rebound)  # others fall faster beside these
             over = max(over, later)
         return after, self.layout.together(stays), over
 
     def _flat(
         self, t: float, x: Array, closed: set[int], off: Sequence[int], rebound: Array
     ) -> tuple[list[int], float]:
-        """Contacts whose further rebounds are less than tolerances or rounding tell, and when they are over.
+        """The contacts whose further rebounds are below tolerances or rounding, and the time at which these would end.
 
-        The speeds after the impacts before, `rebound`, stand for a restitution where none is given.
+        If restitution is zero, the ratio to the previous rebound speeds, `rebound` (k), replaces it.
         """
         touch, order, forces = self.touch(t, x), sorted(self.layout.together(closed)), np.zeros(0)
         if order:
@@ -220,7 +220,7 @@ class ContactMotion:
     # From mode to mode -------------------------------------------------------------------------------------------------------
 
     def start(self, t: float, x: Array) -> tuple[Array, set[int]]:
-        """The state at the start, after impacts of what closes there, and what is closed.
+        """The state at the start, after impacts of contacts that close there, and the closed contacts.
 
         Raises
         ------
@@ -250,7 +250,7 @@ class ContactMotion:
         return x, closed
 
     def constants(self, now: Decided, t: float, x: Array) -> dict[Expr, float]:
-        """The parameters of a mode: those of the motion, and the directions of its slips."""
+        """The parameters of a mode: those of the motion, and those that contacts set, such as directions of slip."""
         found: dict[Expr, float] = dict(self.parameters)
         found |= {c.slack: float(g) for c, g in zip(self.contacts, self.slack, strict=True)}
         touch: ContactsAtState | None = None
@@ -272,13 +272,13 @@ class ContactMotion:
         return found | self._shares(now, t, x)[0]
 
     def mode(self, modes: Modes, numbers: Mapping[Expr, float], x: Array) -> Equations:
-        """The equations of modes; rows of stands are independent in their directions alone."""
+        """The equations of modes; for stands, dependent speeds are chosen at x and the present directions of slip."""
         if not stands(self.contacts, modes):
             return self.modes_of.equations(modes)
         return self.modes_of.equations(modes, {**dict(zip(self.eom.coordinates, x.tolist(), strict=False)), **numbers})
 
     def _shares(self, now: Decided, t: float, x: Array) -> tuple[dict[Expr, float], dict[int, float]]:
-        """The shares of contacts in the forces of stands, and the margins of these by contact."""
+        """The weights of multipliers in the forces of stands, by symbol, and the margins of these forces, by contact."""
         found, margins, every = dict[Expr, float](), dict[int, float](), stands(self.contacts, now.modes)
         if not every:
             return found, margins
@@ -298,7 +298,7 @@ class ContactMotion:
         return found, margins
 
     def _forces(self, touch: ContactsAtState, now: Decided, ways: Array) -> Array:
-        """Some forces (kd) that do what those of a mode do, with these directions of slip."""
+        """Contact forces (kd) that satisfy the equations of a mode, with the directions of slip `ways`; not unique for stands."""
         modes = now.modes
         order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
         sliding = np.where([[m.slips] for m in modes], ways, 0.0)
@@ -309,7 +309,7 @@ class ContactMotion:
         return forces
 
     def balanced(self, now: Decided, numbers: Mapping[Expr, float], t: float, x: Array) -> None:
-        """Refuse contacts of a stand whose places on the plane have moved beside each other: shares are of one instant."""
+        """SimulationError if contacts of a stand have moved relative to each other: shares are valid for one configuration."""
         every = stands(self.contacts, now.modes)
         if not every:
             return
@@ -328,17 +328,17 @@ class ContactMotion:
                     )
 
     def _gained(self, choice: ModeChoice, n: int) -> float:
-        """The slip that the n-th of those chosen gains where it begins, along a straight line."""
+        """The slip speed up to which the n-th chosen contact slips in a fixed direction after its slip begins: see `STARTS`."""
         rows = choice.accelerations.reshape(-1, self.layout.d)
         return STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(rows[n, 1:]))
 
     def _slow(self, touch: ContactsAtState, i: int, gained: float) -> bool:
-        """Whether a contact slips so slowly that it goes straight on: see `ENDS`."""
+        """Whether a contact slips so slowly that its direction is taken as fixed: see `ENDS`."""
         fastest = max(self.fastest[i], touch.slip_terms[i].max(), gained)
         return bool(np.linalg.norm(touch.slips[i]) <= self._slowest(touch, i, fastest))
 
     def _slowest(self, touch: ContactsAtState, i: int, fastest: float) -> float:
-        """The slip below which contact i, which has been as `fastest`, slips straight on: see `ENDS`."""
+        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`."""
         left = self.rtol * fastest + self.atol * touch.slip_sums[i].max()
         return float(max(ENDS * fastest, left))
 
@@ -351,7 +351,7 @@ class ContactMotion:
         return x, self.decide(t, x, closed, sliding, touch.numbers.laws[:, 0], before)
 
     def leaves(self, now: Decided, before: Modes, t: float, x: Array, by: tuple[Event, ...]) -> dict[str, float]:
-        """The events whose thresholds a mode leaves upward at its beginning: a gap that opens or has rebounded, a slip."""
+        """Events, by name, whose quantities leave thresholds upward as a mode begins: gaps that open or rebound, slips, N at zero."""
         found: dict[str, float] = {}
         decided = all(own is None or own[1] not in ("turns", "slows") for own in map(self.ends, by))
         touch: ContactsAtState | None = None
@@ -369,7 +369,7 @@ class ContactMotion:
         return found | {f"{self.contacts[i].name} opens": 1.0 for i in self._hardly_pressed(now)}
 
     def _hardly_pressed(self, now: Decided) -> list[int]:
-        """Contacts that are closed at N = 0 but for rounding: they open at once where N falls."""
+        """Closed contacts with N = 0 up to rounding, which open at once if N decreases."""
         if now.choice is None:
             return []
         found, d = now.choice.solution, self.layout.d
@@ -380,14 +380,14 @@ class ContactMotion:
         ]
 
     def goes_on(self, piece: Solution) -> None:
-        """Take over the parameters and inputs that events have left."""
+        """Takes over the parameters and inputs after a piece of the motion, which events may have changed."""
         last = piece.phases[-1]
         self.parameters = {s: last.parameters[s] for s in self.parameters}
         self.inputs = {**self.inputs, **last.inputs}
         self.p = np.array([self.parameters[s] for s in self.numbers.bundle.ports[2].symbols])
 
     def after(self, t: float, x: Array, now: Decided, event: Event) -> tuple[Array, Decided, float]:
-        """The state after an event of a mode, the modes from then on, and when rebounds are over that are not followed."""
+        """The state after an event that ends a mode, the modes from then on, and the time at which omitted rebounds end."""
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
         slides = {i for i in closed if now.modes[i].slips}
@@ -404,7 +404,7 @@ class ContactMotion:
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
         below = {n for n in hits if touch.gap_rates[n] > 0}
         if hits:
-            # an impact beside may throw them back
+            # an impact of another contact may make them rebound
             hits |= {n for n in set(range(k)) - closed if self._touches(touch, n)}
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
@@ -419,7 +419,7 @@ class ContactMotion:
         stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
         if stand and kind in ("opens", "slips") and not hits:
             same = replace(now, closed=(), choice=None, hits=frozenset(), stiff=False)
-            if self._shares(same, t, x)[1][i] > GIVEN:  # enough for an event to show
+            if self._shares(same, t, x)[1][i] > GIVEN:  # large enough to locate an event
                 return x, same, t
         if kind == "opens" and not hits:
             share = self._turned(touch, sliding)
@@ -439,7 +439,7 @@ class ContactMotion:
             touch = self.touch(t, x)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
-        # a slip that has turned before its end, and goes on: from rest, along its acceleration
+        # a slip that has turned before its end continues: from rest, along its acceleration
         turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
         if back or turned:
             x, sliding = self._brought_to_rest(touch, x, closed, back, sliding)
@@ -449,9 +449,9 @@ class ContactMotion:
         return x, replace(decided, hits=frozenset(hits)), begins
 
     def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
-        """The state where what has no direction of `sliding` does not slip at all, and directions of what slips then.
+        """The state without any slip of contacts that are not `sliding`, and the directions of slip of the others in this state.
 
-        Beside a slip that is hardly more than rounding what others leave would turn its direction.
+        Residual slip of other contacts would change the direction of a slip that is barely above rounding.
         """
         for _ in closed:
             slides = set(np.flatnonzero(sliding.any(axis=1)).tolist())
@@ -466,7 +466,7 @@ class ContactMotion:
     def _brought_to_rest(
         self, touch: ContactsAtState, x: Array, closed: set[int], back: set[int], sliding: Array
     ) -> tuple[Array, Array]:
-        """The state with gaps of `closed` and `back` at rest, and slips where no `sliding` is; directions of slips, of `back`, too."""
+        """The state at zero gap rates of `closed` and `back` and zero slips not `sliding`; directions of slip, also of `back`."""
         stuck = [n for n in closed if not sliding[n].any()]
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.held(sorted(self.layout.together(closed | back)), stuck)
@@ -474,7 +474,7 @@ class ContactMotion:
         return after, np.where(still.any(axis=1, keepdims=True), still, sliding)
 
     def _falls_back(self, touch: ContactsAtState, now: Decided, decided: Decided) -> set[int]:
-        """Contacts that have opened and fall again before their gaps are more than rounding: they have never been open."""
+        """Contacts that open and fall again before their gaps exceed rounding: they count as closed throughout."""
         a, v, d = touch.accelerations(decided.closed, decided.forces)[0], touch.gap_rates, self.layout.d
         result = set()
         for n, (c, before, mode) in enumerate(zip(self.contacts, now.modes, decided.modes, strict=True)):
@@ -484,17 +484,17 @@ class ContactMotion:
         return result
 
     def _opens(self, touch: ContactsAtState, closed: set[int], below: set[int], modes: Modes) -> None:
-        """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise.
+        """Sets the `slack` of gaps that open although they are not positive, due to rounding or, `below`, as other contacts closed.
 
         Raises
         ------
         SimulationError
-            if a contact has opened and fallen so often, each time twice as low, that it would be below what counts as closed
+            if a contact has opened and fallen so often, with a doubled slack each time, that the slack exceeds what counts as closed
         """
         for n in closed | below:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
-            if mode is ContactMode.SEPARATED and n in closed:  # without speed
-                # of a gap that is one coordinate the terms are none where it is closed
+            if mode is ContactMode.SEPARATED and n in closed:  # with zero gap rate
+                # the terms of a gap that is a single coordinate vanish when it is closed
                 least, far = FLAT * self.atol, touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])
                 self.slack[n] = max(ROUNDED * touch.numbers.gap_terms[n], least) + 2 * abs(gap)
                 if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far) + least:
@@ -506,17 +506,17 @@ class ContactMotion:
                 self.slack[n] = max(-gap, 0.0)
 
     def _closes(self, touch: ContactsAtState, n: int) -> bool:
-        """Whether a gap that is open closes at this instant, too."""
+        """Whether an open gap closes at the same instant."""
         approaches = touch.gap_rates[n] < -NOTHING * touch.velocity_terms[n * self.layout.d]
         return bool(approaches and self._touches(touch, n))
 
     def _touches(self, touch: ContactsAtState, n: int) -> bool:
-        """Whether a gap that is open is none but for what times tell."""
+        """Whether an open gap is zero up to the resolution of event times."""
         far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
         return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
 
     def _turned(self, touch: ContactsAtState, sliding: Array) -> float:
-        """The share of its terms that is nothing of a force: rounding turns directions of slow slips, and forces with them."""
+        """Fraction of its terms up to which a force counts as zero: rounding changes directions of slow slips, and so forces."""
         slow = [
             ROUNDED_TERMS * touch.slip_terms[n].max() / np.linalg.norm(touch.slips[n])
             for n in np.flatnonzero(sliding.any(axis=1))
@@ -526,7 +526,7 @@ class ContactMotion:
     def _unpressed(
         self, touch: ContactsAtState, closed: set[int], sliding: Array, friction: Array, share: float
     ) -> set[int]:
-        """The contacts whose normal forces are none but for a share: those of a body that lies flat vanish together."""
+        """Contacts with N = 0 up to a `share` of its terms: the normal forces of a body that lies flat vanish together."""
         order, d = sorted(closed), self.layout.d
         pressed = dict(zip(order, touch.choose(order, sliding, friction).forces[::d], strict=True))
         rows = {n: d * n for n in order if not self.contacts[n].sized and self.contacts[n].pressed_by is None}
@@ -534,14 +534,14 @@ class ContactMotion:
         return {n for n, most in size.items() if pressed[n] <= share * most}
 
     def _parts(self, touch: ContactsAtState, i: int, apart: Decided, share: float) -> bool:
-        """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for a share."""
+        """Whether a gap does not close again if its contact is assumed open, up to a `share`: at N = 0 both modes agree."""
         if self.contacts[i].gap is None:
             return False
         a, terms = touch.accelerations(apart.closed, apart.forces)
         return bool(a[self.layout.d * i] >= -share * terms[self.layout.d * i])
 
     def _forces_at_most(self, now: Decided, t: float, x: Array) -> Array:
-        """N and F of all contacts (k × d) where the friction of some has reached its most, and, sticking, may be above by rounding."""
+        """N and F of all contacts (k × d) where friction has reached its limit at some, which it may exceed by rounding."""
         closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         touch, d = self.touch(t, x), self.layout.d
         slides = {n for n in closed if now.modes[n].slips}
@@ -555,17 +555,17 @@ class ContactMotion:
     def _under_way(
         self, touch: ContactsAtState, x: Array, decided: Decided, begun: Sequence[int]
     ) -> tuple[Array, Decided] | None:
-        """The least slip of contacts that begin to slip against a force of friction that they keep, and their modes with it.
+        """The state with the least slip of contacts that begin to slip at unchanged friction, μ_k = μ_s, and the modes with it.
 
-        From zero on it grows as t², its acceleration being none, and turns with the friction before, A (F − F₀) = s': against F to the
-        first order in t, whatever A is. Along a straight line with an F that does not turn it might go back. None where there is no
-        such slip: others that stick keep a contact from it.
+        From zero the slip grows as t², as its initial acceleration is zero, and turns with the friction before, A (F − F₀) = s': it
+        opposes F to first order in t, whatever A is. With a fixed direction, and so a fixed F, it might reverse. None if there is no
+        such slip, because other contacts that stick prevent it.
         """
         begun = [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]
         if not begun or stands(self.contacts, decided.modes):
             return None
         slips, modes = self.none.copy(), list(decided.modes)
-        # what accelerations are sums of: they are nothing but rounding
+        # magnitudes of the terms of accelerations, which are zero up to rounding
         pushed = touch.accelerations(decided.closed, decided.forces)[1].reshape(-1, self.layout.d)[:, 1:]
         for n in begun:
             gained = STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(pushed[n]))
@@ -583,10 +583,10 @@ class ContactMotion:
         return after, replace(decided, modes=tuple(modes), stiff=True)
 
     def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> list[int]:
-        """Contact i, whose friction is at its most, begins to slip: `friction` and `sliding` of it and of those that do with it.
+        """Sets `friction` and `sliding` of contact i, which begins to slip at its limit of friction, and of those that slip with it.
 
-        Of a stand these are others whose friction is at its most, too: the body may turn about the rest. Returned are those whose
-        friction remains what it is.
+        In a stand these are the others at their limits, too: the body may turn about the rest. Returns the contacts whose friction
+        does not drop, μ_k = μ_s.
         """
         forces, kinetic = self._forces_at_most(now, t, x), self.touch(t, x).numbers.laws[:, 1]
         stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
@@ -602,19 +602,19 @@ class ContactMotion:
         return []
 
     def ends(self, event: Event) -> tuple[int, str] | None:
-        """The contact whose mode an event ends, and how; None of any other event."""
+        """The contact whose mode an event ends, and the kind of the event; None for other events."""
         return end_of(self.contacts, event)
 
 
 def _slip_directions(touch: ContactsAtState, now: Decided) -> Array:
-    """Directions in which contacts slip at an instant (k × d − 1): those of slips, where these do not go straight on from rest."""
+    """Directions of slip at an instant (k × d − 1): of v, or the fixed directions of straight slip."""
     sizes = np.linalg.norm(touch.slips, axis=1, keepdims=True)
     turns = np.array([[m.slips and not m.straight] for m in now.modes]) & (sizes > 0)
     return np.where(turns, touch.slips / np.where(sizes > 0, sizes, 1.0), now.directions)
 
 
 def _against(forces: Array) -> Array:
-    """Directions (k × d − 1) against forces; any where there is none."""
+    """Unit vectors (k × d − 1) opposite to forces; arbitrary for zero forces."""
     sizes, any_ = np.linalg.norm(forces, axis=1, keepdims=True), np.eye(forces.shape[1])[0]
     return np.asarray(np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), any_))
 
@@ -636,7 +636,7 @@ def _modes_text(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[C
 
 
 def run_over_time(eom: Equations) -> Callable[..., Solution]:
-    """What runs motions of equations."""
+    """The function that runs motions of the equations: `run_with_contacts` if the modes of contacts change, else `run`."""
     return run_with_contacts if eom.system.modes_change else run
 
 
@@ -649,14 +649,14 @@ def run_with_contacts(
     bounds: Mapping[str, Any],
     times: Array,
 ) -> Solution:
-    """A motion mode by mode, from values of its parameters and its inputs, `given`, on; see `kane.motion.loop.run`."""
+    """A motion with contacts, mode by mode, with parameters and inputs `given`; see `kane.motion.loop.run`."""
     at = ContactMotion(eom, span, given, options)
     p = np.array([given[0][s] for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
     x = admitted_start(stepper, begin, given[0], span[0])[:-1]
     way = _ContactCourse(at, span, (options, bounds, times), (span[0], x, begin.work), begin.fresh)
     try:
-        with collecting_seldom():  # of each mode a few records are kept
+        with collecting_seldom():  # each mode keeps a few objects
             return _to_its_end(way, eom, given)
     finally:
         way.ends()
@@ -665,7 +665,7 @@ def run_with_contacts(
 def _to_its_end(
     way: _ContactCourse, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]
 ) -> Solution:
-    """The motion to its end."""
+    """The motion to its end; "stopped" if an error occurs after its first piece."""
     at, end = way.at, way.span[1]
     way.begins()
 
@@ -691,7 +691,7 @@ def _to_its_end(
 
 
 class _ContactCourse:
-    """A motion on its way: its `pieces`, where it is, what began its mode, and the kernel that leads from mode to mode."""
+    """A motion in progress: completed `pieces`, t, x and work, the events `by` which its mode began, and the automaton's kernel."""
 
     def __init__(
         self,
@@ -712,20 +712,20 @@ class _ContactCourse:
         self.went: Went | None = None
 
     def _runner(self) -> ContactRunner | None:
-        """None where Python leads the whole motion: see `left_to_python`."""
+        """The kernel of the automaton; None if Python runs the whole motion: see `left_to_python`."""
         at = self.at
         if any(left_to_python(at.inputs, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
         result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
-        for name in KNOWN:  # from now on the kernel has them, too
+        for name in KNOWN:  # shared with the kernel from now on
             own = result.arrays[name]
             own[:] = getattr(at, name)
             setattr(at, name, own)
         return result
 
     def begins(self) -> None:
-        """What is decided at the start."""
+        """Decides the modes at the start, in the kernel if it can."""
         at, start = self.at, (self.t, self.x, self.work)
         if self.runner is not None and not self.fresh:
             self.went = self.runner.start(start, self._first)
@@ -734,17 +734,17 @@ class _ContactCourse:
             self.before = self.now.modes
 
     def _first(self) -> tuple[Modes, Equations]:
-        """The mode in which the motion begins."""
+        """The modes in which the motion begins, and their equations."""
         x, now = self.at.begin(self.t, self.x)
         return now.modes, self.at.mode(now.modes, self.at.constants(now, self.t, x), x)
 
     def ends(self) -> None:
-        """The kernel is free for another motion."""
+        """Releases the kernel for other motions."""
         if self.runner is not None:
             self.free.append(self.runner)
 
     def goes(self) -> Event | None:
-        """The event that the motion comes to, past those that kernels decide."""
+        """Runs to the next event that the kernel does not decide; None at the end of the motion."""
         went, self.went = self.went, None
         if went is not None:
             return self._led(went)
@@ -772,12 +772,12 @@ class _ContactCourse:
         return self._by_python(mode, numbers, leaves)
 
     def _by_python(self, mode: Equations, numbers: Mapping[Expr, float], leaves: dict[str, float]) -> Event | None:
-        """One mode."""
+        """Runs one mode in Python; the event that ends it, if any."""
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
         start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
-        with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
+        with warnings.catch_warnings():  # due to forces that are zero throughout, which are treated here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
             try:
@@ -799,18 +799,18 @@ class _ContactCourse:
         return piece.event
 
     def _never_begun(self, event: Event) -> bool:
-        """Whether an event ends a slip in the plane that goes back to zero before it is anything: friction was hardly at its most."""
+        """Whether an event ends a slip in the plane that returns to zero at once, as friction barely reached its limit."""
         ended, began = self.at.ends(event), {own[1] for own in map(self.at.ends, self.by) if own}
         if ended is None or ended[1] != "sticks" or "slips" not in began:
             return False
         return len(self.at.contacts[ended[0]].slips) == 1 and not self._mode_before().system.modes[ended[0]].slips
 
     def _mode_before(self) -> Equations:
-        """The equations of the mode that has ended."""
+        """The equations of the previous mode."""
         return self.pieces[-1].segments[-1].equations
 
     def _sticks_on(self) -> Event | None:
-        """The mode before a slip that has never begun: friction has passed its most, and is to come back from there."""
+        """Runs on in the mode before a slip that did not begin: friction is beyond its limit and is expected to return below it."""
         before = self._mode_before()
         self.now = Decided(before.system.modes, self.now.directions)
         numbers = self.at.constants(self.now, self.t, self.x)
@@ -826,7 +826,7 @@ class _ContactCourse:
         self.at.brief = still > 0
 
     def _led(self, went: Went) -> Event | None:
-        """The event that Python is to follow where the kernel has led, or that ends the mode which it is to take."""
+        """The event at which the kernel returned and Python decides, or the one that ends the mode left to Python."""
         at = self.at
         if went.motion is not None:
             self._take(went.motion)
@@ -843,7 +843,7 @@ class _ContactCourse:
         return went.event
 
     def follows(self, event: Event) -> None:
-        """The state and the modes after an event."""
+        """Sets the state and the modes after an event; SimulationError if too many modes follow at one instant."""
         at, t = self.at, self.t
         if self.still > AT_ONCE or self.count > _MODES:
             raise SimulationError(
@@ -858,9 +858,9 @@ class _ContactCourse:
 
 
 def left_to_python(inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> dict[str, bool]:
-    """What the kernel that leads from mode to mode has no part in, and whether a motion has it.
+    """The features that the kernel of the automaton does not support, and whether a motion has them.
 
-    Single modes are left to Python by `ContactRunner.place`, single decisions by `unsure` of `kane.motion.hybrid.contact_decisions`.
+    `ContactRunner.place` leaves single modes to Python, `unsure` of `kane.motion.hybrid.contact_decisions` single decisions.
     """
     laws = [f for f in inputs.values() if constant(f) is None]
     return {
@@ -873,7 +873,7 @@ def left_to_python(inputs: Mapping[Expr, Any], method: Method, span: tuple[float
 
 
 def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:
-    """A part of a motion that knows its equations and what began it."""
+    """A piece of a motion with its equations and the events that began it."""
     first = replace(piece.phases[0], by=by or piece.phases[0].by)
     return replace(
         piece,

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Modes of contacts as kernels, and the kernel that leads from one to the next: motions with contacts that Python need not look at.
+"""Motions with contacts in kernels, without Python: kernels of modes, and the kernel of the hybrid automaton that calls them.
 
-A mode is taken up when a motion first comes to it. It is left to Python where loads jump, events act, or its kernel would ask; so is
-the motion where inputs are functions of Python's.
+The kernel of a mode is prepared when a motion first reaches it. Python runs a mode if loads are discontinuous, events have actions, or
+its kernel would need Python; it runs the whole motion if inputs are Python functions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -59,10 +59,10 @@ from kane.progress import far, is_noted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Went:
-    """How far a motion went: the completed modes as a motion, if any, why it came back, and the last event.
+    """The result of a run of the automaton: the completed modes as a motion, if any, why it returned, and the last event.
 
-    What follows is of the last event, or of the mode that Python is to take: what began that one, which quantities it `leaves`, and
-    how many modes up to then lasted no time.
+    The other attributes are those at the last event, or of the mode that Python must run: the events `by` which it began, the
+    quantities that leave thresholds upward, and the number `still` of modes of zero duration before.
     """
 
     motion: Solution | None
@@ -80,9 +80,9 @@ class Went:
 
 
 class ModeKernel(NamedTuple):
-    """A mode, its equations, the method that steps it, what its kernel is given, and who has the arrays to which that points.
+    """A mode, its equations, the name of its method, the arguments of its kernel, and the owners of arrays to which these point.
 
-    `places` (of each of its parameters) say where among those of the motion it stands, or the number behind them where it does not.
+    `places` are the indices of its parameters among those of the motion, or the number of these for other parameters.
     """
 
     modes: Modes
@@ -94,7 +94,7 @@ class ModeKernel(NamedTuple):
 
 
 class ModeRows(NamedTuple):
-    """Motions that went from mode to mode: rows of `records`, of which motion each is (`owner`), and samples (motions × times × y)."""
+    """Motions of the automaton: rows of `records`, the motion `owner` (rows) of each, and samples (motions × times × y)."""
 
     records: Array
     owner: Indices
@@ -107,7 +107,7 @@ def _automaton(settings: Settings) -> CompiledKernel:
 
 
 class ContactRunner:
-    """The kernels of a motion's modes with their arrays."""
+    """The kernels of the automaton and of its modes, with their arrays."""
 
     def __init__(
         self,
@@ -125,7 +125,7 @@ class ContactRunner:
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.made: list[ModeKernel] = []
-        self.turning = list[int]()  # those whose rates turn at times
+        self.turning = list[int]()  # modes with discontinuities at given times
         self.named = dict[str, Method]()
         self.left: set[Modes] = set()
         self.poor, self.steps = (-1, 0.0), 0
@@ -150,12 +150,12 @@ class ContactRunner:
         self.flat = [s for own in self.symbols for s in own]
 
     def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
-        """The next motion has these parameters, and inputs with the same values."""
+        """Prepares the next motion, with these parameters and with inputs of the same values."""
         self.parameters, self.inputs = given
         self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
 
     def renew(self, p: Array) -> None:
-        """Nothing is known of contacts, and the parameters of the motion are p; no motion follows from those before it."""
+        """Resets contacts and constraint solvers and sets the parameters p, so that results do not depend on motions before."""
         self._forget()
         own = p[self.own_places]
         if (own != self.given["p"][:-1]).any():
@@ -173,17 +173,17 @@ class ContactRunner:
             self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=True)))
 
     def _forget(self) -> None:
-        """Nothing is known of contacts."""
+        """Resets the data of contacts."""
         for name in (*KNOWN, "kept"):
             self.arrays[name][:] = 0.0
 
     def _places(self, symbols: Iterable[Expr]) -> Indices:
-        """Where symbols stand among the parameters of the motion; behind these where they do not."""
+        """The indices of symbols among the parameters of the motion; the number of these for other symbols."""
         at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
         return np.array([at.get(s, len(at)) for s in symbols], dtype=np.int64)
 
     def _bound(self, told: Given) -> Given:
-        """What the automaton is given."""
+        """The arguments of the automaton's kernel."""
         eom = self.eom
         routine = self.routine = eom.numeric(self.settings).routine(contact_numbers).flat
         self.hoists, ports = Hoisting(routine), routine.program.ports
@@ -220,7 +220,7 @@ class ContactRunner:
     # Modes ------------------------------------------------------------------------------------------------------------------
 
     def place(self, modes: Modes, mode: Equations) -> int | None:
-        """The place of a mode among those that are known; None where it is left to Python."""
+        """The index of a mode among those prepared, after preparation if needed; None if Python must run it."""
         for m, one in enumerate(self.made):
             if one.modes == modes:
                 return m if self.codes[m] >= 0 else None
@@ -232,7 +232,7 @@ class ContactRunner:
         return self.place(modes, mode)
 
     def _make(self, modes: Modes, mode: Equations) -> bool:
-        """Whether a mode has become one of those that are known."""
+        """Prepares the kernel of a mode; False if Python must run it."""
         m, numbers = len(self.made), dict(self.parameters)
         numbers |= {s: 0.0 for s in self.flat if s is not None}
         p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
@@ -272,7 +272,7 @@ class ContactRunner:
         return True
 
     def _admit(self, m: int, parameters: Mapping[Expr, float]) -> None:
-        """The kernel may go over to a mode, unless rates of that turn at times."""
+        """Lets the automaton enter a mode, unless that has discontinuities at times within the span."""
         one = self.made[m]
         turns = m in self.turning and one.equations.numeric().value(timed).breakpoints(parameters, self.span)
         self.codes[m] = -1.0 if turns else code_of(one.modes)
@@ -289,9 +289,9 @@ class ContactRunner:
         by: Any,
         before: tuple[int, int],
     ) -> Went:
-        """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward.
+        """Runs from mode m on, from t, x and the work done; quantities of the contacts `leaves` leave their thresholds upward.
 
-        Before it came so many modes that lasted no time, and steps.
+        `before` are the number of preceding modes of zero duration and the number of steps so far.
         """
         arrays = self.arrays
         self._sets_out(at, self.made[m].method)
@@ -306,9 +306,9 @@ class ContactRunner:
         return self._went(back, motion, by)
 
     def start(self, at: tuple[float, Array, float], first: Callable[[], tuple[Modes, Equations]]) -> Went | None:
-        """From the start of a motion on, t, x and the work done; None where the kernel leaves to Python how it begins.
+        """Runs from the start of a motion, t, x and the work done; None if Python must decide the mode in which it begins.
 
-        Where no mode is known it is that in which the motion begins, the `first`, by which the kernel finds its inputs.
+        If no mode is prepared, the `first` mode of the motion is, as the kernel evaluates inputs by the routines of a mode.
         """
         if not self.made:
             self.place(*first())
@@ -321,14 +321,14 @@ class ContactRunner:
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
     def leads(self, x: Array) -> bool:
-        """Whether the kernel alone leads from the start x to the end of the span: `records` and `rows` tell of the motion."""
+        """Whether the kernel alone runs from the start x to the end of the span; `records` and `rows` then contain the motion."""
         if not self.made:
             return False
         self._sets_out((self.span[0], x, 0.0), self.made[0].method)
         return Back(self.kernel(known=len(self.made), enter=2, most=self.method.max_steps)) is Back.END
 
     def _sets_out(self, at: tuple[float, Array, float], name: str) -> None:
-        """The kernel is to set out from t, x and the work done, by a method."""
+        """Sets the kernel's arguments for a run from t, x and the work done, with the method `name`."""
         t, x, work = at
         method, s = self.named[name], self.s
         s[: int(Slot.FRESH) + 1] = first_slots(method, self.span, t, self.span[1])
@@ -339,13 +339,13 @@ class ContactRunner:
         self.held_log[0] = 0.0
 
     def _led(self, by: tuple[Event, ...], enter: int = 1) -> tuple[Back, Solution | None, tuple[Event, ...]]:
-        """Why the kernel has come back, the completed modes, and what has ended the last one; `enter` is 2 at a start."""
+        """Runs the kernel: its return code, the completed modes, and the events that ended the last one; `enter` is 2 at a start."""
         pieces = list[Solution]()
         while True:
-            # one that is broken off is led into its next mode, which Python ends at once
+            # after an interrupt the kernel returns at its next mode, which Python ends at once
             most = -1 if is_noted() else self.method.max_steps - self.steps
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
-            if back is Back.TAKE:  # its steps are none of the motion
+            if back is Back.TAKE:  # Python repeats the mode: its steps do not count
                 self.s[[Slot.STEPS, Slot.RATES]] = self._rows()[len(self.completed()), [Record.STEPS, Record.RATES]]
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
             piece, by = self._collect(by)
@@ -359,9 +359,9 @@ class ContactRunner:
             enter = 1
 
     def _completed(self) -> bool:
-        """Whether the mode that the kernel has decided on, and did not know, is known now: it begins.
+        """Whether the mode that the kernel has decided on, but had no kernel for, could be prepared; then it begins.
 
-        Else contacts are as they were before the decision, which is left to Python.
+        Else the data of contacts are restored to those before the decision, which is left to Python.
         """
         arrays, modes = self.arrays, tuple(ContactMode(int(m)) for m in self.arrays["next_modes"])
         m = None
@@ -377,22 +377,22 @@ class ContactRunner:
         return True
 
     def admit(self) -> None:
-        """Where the kernel has asked for better dependent speeds, Python has found none: it is not to ask again up to that quality."""
+        """Suppresses further requests for better dependent speeds up to the quality at which Python has found none."""
         m, share = self.poor
         if m >= 0:
             self.made[m].given["held_quiet"][0] = share
 
     def _rows(self) -> Array:
-        """The records."""
+        """The array `records`, by rows."""
         return self.arrays["records"][2:].reshape(-1, self.width)
 
     def motion(self) -> Solution | None:
-        """The motion that the completed modes make; None of none."""
+        """The completed modes as one motion; None if there are none."""
         pieces, _ = self._collect(())
         return pieces[0] if pieces else None
 
     def completed(self) -> Array:
-        """The rows of the completed modes."""
+        """The rows of `records` of completed modes."""
         return self._rows()[: int(self.arrays["records"][0])]
 
     def _went(self, back: Back, motion: Solution | None, by: tuple[Event, ...]) -> Went:
@@ -413,7 +413,7 @@ class ContactRunner:
         return Went(motion, back, event, t, y[:-1].copy(), float(y[-1]), modes, ways, numbers, by, leaves, still)
 
     def _collect(self, by: tuple[Event, ...]) -> tuple[list[Solution], tuple[Event, ...]]:
-        """The modes that are completed, as one motion, and what began the next one."""
+        """The completed modes as one motion, if any, and the events that began the next mode."""
         rows = self.completed()
         if not len(rows):
             return [], by
@@ -449,7 +449,7 @@ class ContactRunner:
         return [made], by
 
     def laid_out(self, motions: ModeRows) -> tuple[Array, Array, Indices]:
-        """Times and y of the completed modes, at the beginning, the samples within and the end of each, and which mode each is of."""
+        """Times, y and row of `records` of samples: the beginning, the samples within and the end of each completed mode."""
         rows, owner, samples = motions
         n, more = len(self.y), int(Record.MORE) + self.k * (self.d + 1)
         begins, ends, mode = rows[:, Record.BEGIN], rows[:, Record.END], np.arange(len(rows))
@@ -467,7 +467,7 @@ class ContactRunner:
     def _parts(
         self, rows: Array, modes: Sequence[ModeKernel], by: tuple[Event, ...]
     ) -> tuple[list[Phase], list[SolutionSegment], list[tuple[Event, float]], tuple[Event, ...]]:
-        """The phases, segments and events of completed modes, and what ended the last one."""
+        """The phases, segments and events of completed modes, and the events that ended the last one."""
         phases, segments, events, done = list[Phase](), list[SolutionSegment](), list[tuple[Event, float]](), 0
         met = self.arrays["noted"][: 2 * int(rows[-1, Record.NOTED])].reshape(-1, 2).tolist()
         for row, numbers, one in zip(
@@ -494,11 +494,11 @@ def runner(
     settings: Settings | None,
     times: Array,
 ) -> tuple[ContactRunner, list[ContactRunner]]:
-    """A runner that no other motion has at present, and where it is to be put when it is free again."""
+    """A runner that no other motion uses, and the list to which it must be returned after use."""
     inputs = tuple(constant(f) for f in given[1].values())
     kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs)
     free = kept.get(key)
-    if None in inputs:  # functions of time are those of one motion
+    if None in inputs:  # functions of time belong to one motion
         free = []
     elif free is None:
         kept.put(key, free := [])
@@ -515,7 +515,7 @@ def _runners(eom: Equations) -> Kept[list[ContactRunner]]:
 
 
 def _fits(stepper: Stepper, name: str) -> bool:
-    """Whether a kernel runs a mode up to an event of its contacts; where it asks for something Python takes the mode."""
+    """Whether a kernel can run a mode up to an event of its contacts without Python."""
     eom = stepper.eom
     return (
         name in INTEGRATORS
@@ -527,5 +527,5 @@ def _fits(stepper: Stepper, name: str) -> bool:
 
 
 def rests(closes: Event) -> Event:
-    """What is noted where rebounds are over that begin with an event."""
+    """The event that is noted when the rebounds that begin with the event `closes` have ended."""
     return Event(f"{closes.name.removesuffix(' closes')} rests", closes.quantity, terminal=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What events do to a motion: values of its state, parameters and inputs from then on, all from those before, on the constraints."""
+"""Actions of events: resets of state, parameters and inputs, all computed from the values before, that satisfy the constraints."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, SAME_TIME
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instant:
-    """A motion at an instant: its equations, the `first` ones and those that hold `now`, time, (q, u, a), parameters and inputs."""
+    """A motion at time `t`: equations of the system, `first`, and of the mode, `now`; `x` = (q, u, a); parameters, inputs: `phase`."""
 
     first: Equations
     now: Equations
@@ -40,7 +40,7 @@ class Instant:
     phase: Phase
 
     def values(self, exprs: Sequence[Any]) -> list[Any]:
-        """Values of expressions."""
+        """Values of expressions at this instant."""
         q, u, a = (list(part) for part in self.parts)
         inputs = {s: value(f, self.t, self.x) for s, f in self.phase.inputs.items()}
         result: list[Any] = evaluate_along(
@@ -54,7 +54,7 @@ class Instant:
         return np.split(self.x, np.cumsum([len(self.first.coordinates), len(self.first.speeds)]))
 
     def rate(self, e: Expr) -> float | None:
-        """The time derivative of an expression along the motion; None where it has none."""
+        """The time derivative of an expression along the motion; None if it has none."""
         try:
             return float(self.values([time_derivative(self.first.derived, e)])[0])
         except KaneError:
@@ -62,12 +62,12 @@ class Instant:
 
 
 def acted(before: Instant, events: Sequence[Event], end: float) -> Instant:
-    """The instant after the actions of events; inputs are to have values up to the `end` of the motion.
+    """The instant after the actions of events; new inputs are defined up to the time `end`.
 
     Raises
     ------
     SimulationError
-        if two events set one symbol to different values, or what they set is not finite or leaves the constraints
+        if two events set one symbol to different values, a value is not finite, or the constraints cannot be satisfied
     """
     eom, names = before.first, " and ".join(repr(e.name) for e in events)
     new = _wanted(before, events)
@@ -82,7 +82,7 @@ def acted(before: Instant, events: Sequence[Event], end: float) -> Instant:
 
 
 def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:
-    """What is set, and to what, by symbol."""
+    """The new values by symbol; SimulationError if two events set different ones."""
     result: dict[Expr, Any] = {}
     by: dict[Expr, Event] = {}
     for event in events:
@@ -113,7 +113,7 @@ def _consequences(before: Instant, event: Event) -> dict[Expr, Any]:
 
 
 def _asked(before: Instant, event: Event) -> Mapping[Any, Any]:
-    """What a function of the user's says."""
+    """The new values that a user's function returns; SimulationError if it fails or returns anything but a mapping."""
     eom = before.first
     q, u, a = before.parts
     told: dict[str, Any] = {
@@ -144,7 +144,7 @@ def _asked(before: Instant, event: Event) -> Mapping[Any, Any]:
 def _inputs(
     before: Instant, new: Mapping[Expr, Any], constants: Mapping[Expr, float], end: float
 ) -> Mapping[Expr, Function]:
-    """The inputs from then on; what prescribes a motion must not jump by more than rounding and what it does in times that are one."""
+    """The inputs after the event; SimulationError if a prescribed motion jumps by more than rounding errors of value and time."""
     given = {s: what for s, what in new.items() if isinstance(s, Input)}
     if not given and constants == before.phase.parameters:
         return before.phase.inputs
@@ -166,7 +166,7 @@ def _inputs(
 
 
 def _state(after: Instant, moved: Mapping[Expr, float], names: str) -> Array:
-    """(q, u, a) with what was set; what depends on it follows, under constraints."""
+    """(q, u, a) with the new values; constraints determine the dependent coordinates and speeds."""
     eom = after.first
     parts = [
         dict(zip(own, part.tolist(), strict=True))
@@ -203,7 +203,7 @@ def _state(after: Instant, moved: Mapping[Expr, float], names: str) -> Array:
 
 
 def following(eom: Equations, moved: Mapping[Expr, Any] | set[Symbol]) -> list[Symbol]:
-    """The coordinates that follow where some are moved: those that are dependent, or all others where enough are moved."""
+    """The coordinates that constraints determine when others are set: the dependent ones, or all others if enough are set."""
     free = len(eom.coordinates) - len(eom.system.holonomic)
     enough = sum(q in moved for q in eom.coordinates) >= free or not eom.system.dependent_coordinates
     return [q for q in (eom.coordinates if enough else eom.system.dependent_coordinates) if q not in moved]
@@ -212,7 +212,7 @@ def following(eom: Equations, moved: Mapping[Expr, Any] | set[Symbol]) -> list[S
 def after_actions(
     before: Instant, at_once: Sequence[Event], end: float
 ) -> tuple[Instant, list[Event], list[Event], dict[str, float] | None]:
-    """The instant after the actions, the events that it leaps across, those that acted, and where the quantities go."""
+    """The instant after the actions; events whose thresholds the resets cross; events that acted; the result of `sides`."""
     own = {e.name: e for e in before.first.system.events}
     done = [own[e.name] for e in at_once if e.name in own]
     now, by, met, after = acting(done), list[Event](), list[Event](), before
@@ -234,9 +234,9 @@ def after_actions(
 
 
 def beyond(before: Instant, after: Instant, events: Sequence[Event], length: float) -> dict[str, float]:
-    """How far beyond their thresholds quantities are that actions leave as they are, where the time of an event is known no better.
+    """The distances of quantities from their thresholds after actions, by event name, if errors of event location explain them.
 
-    It is located to a share of the step, and of the phase of this `length` at most. What is farther beyond fell there since.
+    An event is located to a fraction of the step, which is at most the phase of this `length`. Larger distances are omitted.
     """
     quantities, levels = [e.quantity for e in events], [e.threshold for e in events]
     old, new = (np.abs(np.array(x.values(quantities)) - levels).tolist() for x in (before, after))
@@ -249,10 +249,10 @@ def beyond(before: Instant, after: Instant, events: Sequence[Event], length: flo
 
 
 def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:
-    """To which side of their thresholds quantities leave: back (±1) where an action turned them, on (0) where they pass.
+    """The side to which quantities leave their thresholds: back (±1) if an action reversed their rate, 0 if they pass through.
 
-    Those that had no rate are left out: the start of the next phase decides. None where one is met though it leads away from its
-    threshold already: it is below what numbers tell apart.
+    Quantities without a rate before are omitted: the start of the next phase decides. None if a quantity already moves away from its
+    threshold before the action: then its crossings are too close to be resolved.
     """
     result: dict[str, float] = {}
     for event in events:

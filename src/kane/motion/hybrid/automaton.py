@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events and switches as a kernel takes them: routines, tables of what they do and how they leave thresholds.
+"""Events and switching surfaces as arguments of a kernel: routines, tables of their kinds, and departures from thresholds.
 
-Evaluated are the quantities, the sizes of their terms, their rates along the motion, and the values that actions set.
+The routines evaluate quantities, magnitudes of their terms, their rates along the motion, and the values that actions set.
 
-A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set
-speeds, states and parameters to expressions, and coordinates where no constraints hold them. Pivots of W, actions that are functions
-of Python, set inputs, moments of inertia, or what turns at times or inputs depend on, are asked of Python.
+A kernel executes crossings of switching surfaces, events that are noted or end the motion, and actions that set speeds, states and
+parameters, and coordinates without constraints, to expressions. It returns to Python at pivots of W, and for actions that are Python
+functions or set inputs or parameters on which moments of inertia, beams, switching surfaces or inputs depend.
 """
 
 import math
@@ -52,13 +52,13 @@ from kane.program.passes.optimize import rounding
 from kane.program.program import Port
 
 Met = tuple[Event, float]
-"""An event, and when."""
+"""An event and its time, s."""
 
 
 class Leaves(NamedTuple):
-    """How a quantity leaves its threshold at the beginning of a motion, by the derivative of an `order`.
+    """How a quantity leaves its threshold at the beginning of a motion, by its first nonzero derivative, of order `order`.
 
-    To a `side`, 1 or −1, or 0 where it has passed; within `band` of the threshold rounding may give it any sign.
+    `side` is 1 or −1, or 0 if the quantity passes through; within `band` of the threshold its sign may be due to rounding.
     """
 
     side: float
@@ -67,22 +67,22 @@ class Leaves(NamedTuple):
 
 
 Fresh = Mapping[str, Leaves]
-"""The events at whose thresholds a motion begins, by name."""
+"""The departures of quantities that are at their thresholds when a motion begins, by event name."""
 
 
 def leaves_row(leaves: Leaves | None) -> tuple[float, ...]:
-    """A row of `leaves` of kernels."""
+    """A row of the kernel's array `leaves`, of length LEAVES."""
     return (0.0,) * LEAVES if leaves is None else (1.0, *leaves, SOON ** (1 / leaves.order))
 
 
 def watched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
-    """The events' quantities, and `more` of switches."""
+    """The quantities of events, and those of switching surfaces, `more`."""
     roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more]
     return _of_events(eom, "events", roots, more, [*(e.name for e in eom.events), *map(str, range(len(more)))])
 
 
 def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
-    """The quantities of events, and `more` of switches, then the sizes of their terms and thresholds; 0 where nothing is known."""
+    """The quantities of events and switching surfaces, `more`, then magnitudes of their terms and thresholds, 0 if unknown."""
     roots, memo = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more], Sizes()
     return _of_events(eom, "glance", [*roots, *map(_size, eom.events), *(size(c, memo) for c in more)], more)
 
@@ -94,7 +94,7 @@ def _size(event: Event) -> Expr:
 
 
 def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The rates of the quantities of the system's own events along the motion; 0 where they are not known."""
+    """The time derivatives of the quantities of events that the system declares, along the motion; 0 if unknown."""
     known, own = {s for port in ports(eom.derived) for s in port.symbols}, {e.name for e in eom.system.events}
 
     def rate(event: Event) -> Expr:
@@ -110,7 +110,7 @@ def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
 
 
 def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The values that events set which act in a kernel."""
+    """The values that actions in the kernel set, in the order of `values_set`."""
     return _of_events(eom, "act", [value for _, _, value in values_set(eom)])
 
 
@@ -122,9 +122,9 @@ def _of_events(
 
 
 def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
-    """Of the events that act in a kernel: which one, the place that it sets, to what.
+    """The actions in the kernel, as (index of the event, index of the variable set, value).
 
-    Places of parameters stand behind the components of a motion, (q, u, a) and the work; what has the place −1 is to be above zero.
+    Indices of parameters follow those of (q, u, a) and the work; the index −1 marks a mass, which must be positive.
     """
     if moving(eom) or (is_constrained(eom) and eom.system.contacts):
         return []
@@ -147,7 +147,7 @@ def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
 
 
 def _places(eom: Equations) -> dict[Expr, int]:
-    """What kernels set: the state, but for coordinates that constraints hold, and parameters that only rates and masses depend on."""
+    """Indices of the variables that kernels may set: the state, except constrained coordinates, and parameters of rates and masses."""
     place: dict[Expr, int] = {s: k for k, s in enumerate(eom.state)}
     if is_constrained(eom):
         place = {s: k for s, k in place.items() if s not in set(eom.coordinates)}
@@ -176,13 +176,13 @@ def stepped(
     settings: Settings | None,
     *others: Callable[[Equations], Bundle[Any]],
 ) -> Routines:
-    """The equations of a motion compiled, with the quantities of their events; see `routines`."""
+    """The compiled equations of a motion, with the quantities of their events; see `routines`."""
     now = routines(eom, p, drives, settings, *([watched] if eom.events else []), *others)
     return replace(now, events=now.routine(watched).flat) if eom.events else now
 
 
 def on_their_sides(now: Routines) -> Routines:
-    """The equations as a kernel takes them that decides switches; as they are where nothing jumps."""
+    """The equations with the sides of switching surfaces as parameters, which a kernel sets; unchanged without discontinuities."""
     eom = now.eom
     if not has_jumps(eom, now.laws):
         return now
@@ -203,14 +203,14 @@ def on_their_sides(now: Routines) -> Routines:
 
 
 def kind(eom: Equations, event: Event, acting: bool) -> EventKind:
-    """What an event does."""
+    """How a kernel treats an event; `acting` if it executes the action."""
     if isinstance(event, KinematicsEnd) or (event.then is not None and not acting):
         return EventKind.ASKED
     return EventKind.ACTS if acting else EventKind.ENDS if event.terminal else EventKind.NOTED
 
 
 def tables(eom: Equations, n: int, switches: int = 0) -> Given:
-    """What is the same for all motions of n components: counts, what events do, at which thresholds, and room."""
+    """Kernel arguments common to all motions with n state variables: counts, kinds, thresholds and actions of events, work arrays."""
     events, count, own = eom.events, len(eom.events) + switches, {e.name for e in eom.system.events}
     values = values_set(eom)
     acting, none = {k for k, _, _ in values}, [0.0] * switches
@@ -235,7 +235,7 @@ def tables(eom: Equations, n: int, switches: int = 0) -> Given:
 
 
 def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True) -> Given:
-    """What tells a kernel of events, and of switches behind them, from t on."""
+    """Kernel arguments for events, followed by switching surfaces, from time t on."""
     assert now.events is not None
     numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y, now.inputs(t, y))
     given = {name: _aligned_copy(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
@@ -250,7 +250,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
 
 
 def _aligned_copy(what: Any) -> Any:
-    """A copy of an array, which vectors may be read from without crossing lines of the cache; an integer itself."""
+    """A copy of an array, aligned so that vector loads do not cross cache lines; an integer unchanged."""
     if isinstance(what, int):
         return what
     copy = aligned(len(what))
@@ -259,7 +259,7 @@ def _aligned_copy(what: Any) -> Any:
 
 
 def evaluated(now: Routines) -> dict[str, CompiledRoutine]:
-    """What a kernel evaluates of events, by the names of its arguments; the rates stand for what it does not."""
+    """The routines of events by argument of the kernel; the rates are placeholders for those that it does not call."""
     assert now.events is not None
     acts = now.eom.numeric(now.settings).value(values_set)
     looked, *acting = now.compiled((glance, *now.turning), *([(tendency,), (actions,)] if acts else []))
@@ -269,13 +269,13 @@ def evaluated(now: Routines) -> dict[str, CompiledRoutine]:
 
 
 def asks(eom: Equations) -> bool:
-    """Whether Python is asked wherever there is an event: for actions that kernels do not take."""
+    """Whether some action must be executed in Python."""
     acting = {k for k, _, _ in values_set(eom)}
     return any(e.then is not None and k not in acting for k, e in enumerate(eom.events))
 
 
 def asks_for(now: Routines) -> list[int]:
-    """The events for which Python is asked as they set parameters of inputs."""
+    """The indices of events whose actions are executed in Python because they set parameters of inputs."""
     eom, first = now.eom, len(now.eom.state) + 1
     read = {s for f in now.drives if isinstance(f, Formula) for s in f.values}
     set_ = eom.numeric(now.settings).value(values_set) if read else []
@@ -283,14 +283,14 @@ def asks_for(now: Routines) -> list[int]:
 
 
 def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:
-    """Whether no quantity is at its threshold at a start, which `given` then tells of, nor a force beyond its cone; all are finite."""
+    """Whether no quantity is at its threshold at a start, no force outside its cone, and all are finite; writes them to `given`."""
     count, found = len(given["seen"]), now.at(now.routine(glance, *now.turning).flat, t, y)
     given["seen"][:], given["largest"][:], given["leaves"][:] = found[:count], np.abs(found[:count]), 0.0
     return bool(are_beside(now, given, found[:count], found[count:])) and bool(np.isfinite(found).all())
 
 
 def are_beside(now: Routines, given: Given, values: Array, terms: Array) -> Mask:
-    """Whether quantities (… × n) are at no threshold, and no force is beyond its cone, at starts (…)."""
+    """Whether no quantity (… × n) is at its threshold, and no force outside its cone, at starts (…)."""
     count = values.shape[-1]
     own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
     forces = np.array([bool(kind) for kind in now.eom.numeric().value(ends_force)] + [False] * count)[:count]
@@ -299,7 +299,7 @@ def are_beside(now: Routines, given: Given, values: Array, terms: Array) -> Mask
 
 
 def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:
-    """The events at whose thresholds a motion is leave them as `fresh` says."""
+    """Sets the departures of events at their thresholds in the arguments of a kernel."""
     rows = given["leaves"][: len(events) * LEAVES].reshape(-1, LEAVES)
     rows[:] = 0.0
     for k, event in enumerate(events):
@@ -309,9 +309,9 @@ def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:
 
 
 def leaving(given: Given, events: tuple[Event, ...]) -> dict[str, Leaves]:
-    """How quantities leave their thresholds, as the kernel has it now.
+    """The departures of quantities from their thresholds in the present state of a kernel.
 
-    One that was met where a switch turned, and is yet to pass, leaves to the side beyond.
+    A quantity that was noted at a switching surface, before it crosses its threshold, leaves to the far side.
     """
     rows, count = given["leaves"][: len(events) * LEAVES].reshape(-1, LEAVES), int(given["events"])
     early = given["turns"][count:] if "turns" in given else np.zeros(len(events))
@@ -326,7 +326,7 @@ def leaving(given: Given, events: tuple[Event, ...]) -> dict[str, Leaves]:
 
 
 _ORDERS = 4
-"""So many derivatives are asked to which side a quantity leaves its threshold."""
+"""Highest order of the derivatives that may determine the side to which a quantity leaves its threshold."""
 
 
 def at_start(
@@ -338,20 +338,19 @@ def at_start(
     rounded: float = 0.0,
     beyond: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[list[Met], Fresh]:
-    """The system's events that are met at the start of a motion, and how those at their thresholds leave them.
+    """The system's events that occur at the start of a motion, and the departures of quantities from their thresholds.
 
-    A quantity that leaves in the direction of its event meets it. Leaving is no crossing of an event in both directions. Those in
-    `known`, by name, were met before; their sides are given, but for 0. They leave within the share `rounded` of their terms, as a
-    contact does that opens, or as far as they are `beyond` their thresholds: an action sets values of its own. A state that a motion
-    led to is known to `rtol`: a quantity that constraints held at its threshold till then has rates that are as small, and leaves by
-    those that are not.
+    An event occurs if its quantity leaves in its direction; one in both directions does not occur by leaving. Events in `known`, by
+    name, have occurred before, and their sides are given, 0 if undetermined; the band is the fraction `rounded` of their terms, as for
+    a contact that opens, or twice the distance `beyond` the threshold after actions. A state at the end of a motion has the
+    relative error `rtol`: derivatives of this size, as of a quantity that constraints kept at its threshold, count as zero.
     """
     share = max(ROUNDED_TERMS, rtol)
     met: list[Met] = []
     fresh: dict[str, Leaves] = {}
     own = {e.name for e in now.eom.system.events}
     for event, value in zip(now.eom.events, now.watch(t, state), strict=True):
-        if event.name not in own:  # what every model watches may not be passed
+        if event.name not in own:  # events that kane adds, such as pivots of W, end the motion
             continue
         if event.name in known:
             side = known[event.name]
@@ -383,9 +382,9 @@ def _undecided(event: Event, t: float, side: float) -> str:
 
 
 def departure(event: Event, now: Routines, t: float, state: Array, share: float) -> tuple[float, int]:
-    """The sign and order of the first derivative of an event's quantity along the motion that is not zero; 0 if it is not known.
+    """The sign and order of the first nonzero derivative of an event's quantity along the motion; the sign is 0 if unknown.
 
-    A derivative is zero that is no larger than a `share` of its terms.
+    A derivative counts as zero if it is at most the fraction `share` of its terms.
     """
     e = event.quantity
     try:
@@ -395,13 +394,13 @@ def departure(event: Event, now: Routines, t: float, state: Array, share: float)
             value, error = _with_terms(e, now, t, state)
             if not abs(value) <= share * error / 2:
                 return (float(np.sign(value)), order) if math.isfinite(value) else (0.0, 1)
-    except (KaneError, KeyError):  # what has no derivative, or one in rates that are not known
+    except (KaneError, KeyError):  # no derivative, or one that contains unknown rates
         pass
     return 0.0, 1
 
 
 def _known(e: Expr, now: Routines, t: float, state: Array) -> Expr:
-    """An expression in time, the state and parameters alone, with what is solved for and inputs in their places."""
+    """An expression of time, state and parameters alone: solutions for unknowns and known laws of inputs are substituted."""
     laws: dict[Expr, Expr] = {}
     for s, f in zip(now.eom.inputs, now.drives, strict=True):
         if isinstance(f, Formula):
@@ -412,7 +411,7 @@ def _known(e: Expr, now: Routines, t: float, state: Array) -> Expr:
 
 
 def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, float]:
-    """A value and the magnitude of what it is summed of."""
+    """The value of an expression and the magnitude of its terms."""
     values, symbols = now.values(t, state), list(free_symbols([e]))
     code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])
     ((value, error),) = rounding(code, [float(values[s]) for s in symbols])
@@ -420,12 +419,12 @@ def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, 
 
 
 def quantity_along(event: Event, now: Routines, t: float, state: Array) -> tuple[float, float]:
-    """The quantity of an event, reactions solved for, and the magnitude of its terms."""
+    """The value of an event's quantity, with solutions for reactions, and the magnitude of its terms."""
     return _with_terms(_known(event.quantity, now, t, state), now, t, state)
 
 
 def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:
-    """What rounding may leave of the terms of a quantity; nothing is known of those of reactions and accelerations."""
+    """The fraction `share` of the terms of a quantity; 0 if it contains reactions or accelerations, whose terms are unknown."""
     if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
         return 0.0
     terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
@@ -433,7 +432,7 @@ def _rounding(event: Event, now: Routines, t: float, state: Array, share: float 
 
 
 def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """No event whose quantity stays at its threshold for ever, as a parameter that is zero makes it."""
+    """SimulationError if the quantity of an event stays at its threshold because a parameter is zero."""
     for event in eom.system.events:
         symbols = free_symbols([event.quantity])
         gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
@@ -449,7 +448,7 @@ def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
 
 
 def _divided(e: Expr) -> bool:
-    """Whether a zero in an expression may be divided by."""
+    """Whether an expression contains divisions or powers, in which zero may not be substituted."""
     return any(node.op in (DIV, POW) for node in postorder([e]))
 
 
@@ -457,11 +456,11 @@ _TOLD = {
     "opens": "that presses, got N = {value:.6g}: it is pulled. Take the mode 'separated'",
     "slips": "whose friction suffices, got |F| > μ_s N, (Σ μ_s N)² − |F|² = {value:.6g}: it slips. Take a mode in which it does",
 }
-"""What is wrong with a contact in a mode, by the event that would have ended this before."""
+"""Error texts for the mode of a contact, by the event that would have ended the mode before."""
 
 
 def ends_force(eom: Equations) -> tuple[str, ...]:
-    """By event, how it ends a mode where the forces of a contact leave their cone; "" of any other."""
+    """For each event, its kind if it ends a mode because contact forces leave their cone; "" otherwise."""
     if not eom.system.modes:
         return ("",) * len(eom.events)
     names = {f"{c.name} {kind}": kind for c in eom.system.contacts for kind in _TOLD}
@@ -469,12 +468,12 @@ def ends_force(eom: Equations) -> tuple[str, ...]:
 
 
 def check_forces(now: Routines, t: float, state: Array, known: Collection[str]) -> None:
-    """Refuse a mode whose forces are beyond their cone by more than rounding; events that are `known` are at their thresholds.
+    """Checks that contact forces lie in their cones up to rounding; events in `known` are at their thresholds.
 
     Raises
     ------
     SimulationError
-        if a contact is pulled, or sticks by more friction than it has
+        if a normal force is negative, or a contact sticks with |F| > μ_s N
     """
     kinds = now.eom.numeric().value(ends_force)
     if not any(kinds):
@@ -489,13 +488,13 @@ def check_forces(now: Routines, t: float, state: Array, known: Collection[str]) 
 
 
 def _beyond(event: Event, now: Routines, t: float, state: Array, share: float = EQUAL) -> bool:
-    """Whether a quantity is below zero by more than a share of its terms."""
+    """Whether a quantity is below zero by more than the fraction `share` of its terms, or NaN."""
     value, terms = quantity_along(event, now, t, state)
     return not value >= -share * terms
 
 
 def without_rounding(now: Routines, t: float, state: Array, values: Array) -> Array:
-    """Quantities of events (events), those just above zero that are below it by no more than rounding of their terms."""
+    """Quantities (events), where the least positive number replaces values that are zero, or negative within rounding errors."""
     result = values.copy()
     for k, event in enumerate(now.eom.events):
         if event.threshold == 0.0 and values[k] <= 0 and not _beyond(event, now, t, state, ROUNDED):
@@ -504,9 +503,9 @@ def without_rounding(now: Routines, t: float, state: Array, values: Array) -> Ar
 
 
 class End(NamedTuple):
-    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it.
+    """Why a motion ended: `status` "finished", "event" or "stopped", a message, and the event that ended it, if any.
 
-    `at_once` are all events of that instant, with those that change the motion, which goes on then.
+    `at_once` are all events of that instant, including those whose actions change the motion, which then continues.
     """
 
     status: str
@@ -516,7 +515,7 @@ class End(NamedTuple):
 
 
 def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False) -> End | None:
-    """The end that events of one instant make, whose actions may have been taken; None where there are none."""
+    """The end due to events of one instant; `acted` if their actions have been executed; None if there are no events."""
     if not at_once:
         return None
     event = next((e for e in at_once if e.terminal), None)
@@ -527,15 +526,15 @@ def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False
 
 
 def ended_by_last(noted: Sequence[Met]) -> End:
-    """The end that the last event has made which ends the motion, whose action has been taken."""
+    """The end due to the last terminal event, whose action has been executed."""
     event, t = next(pair for pair in reversed(noted) if pair[0].terminal)
     return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
 
 
 def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[Event, ...]]:
-    """The events up to the first that ends the motion or changes it, and those of that instant, if there is one.
+    """The events up to the first that ends or changes the motion, and the events of its instant.
 
-    What lies no farther behind than is known of times in a step of that `length` is of the same instant.
+    Times that differ by no more than the accuracy of event location in a step of that `length` are one instant.
     """
     ordered = sorted(met, key=lambda pair: pair[1])
     first = next((t for event, t in ordered if event.breaks), None)
@@ -548,12 +547,12 @@ def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[E
 
 
 def acting(events: Sequence[Event]) -> list[Event]:
-    """Those that change the motion."""
+    """The events with actions."""
     return [e for e in events if e.then is not None]
 
 
 def leapt_over(events: Sequence[Event], before: Array, after: Array) -> list[Event]:
-    """The events whose thresholds lie between their quantities before and after."""
+    """The events whose thresholds are crossed, in their directions, from quantities `before` to those `after` (events)."""
     result = []
     for event, a, b in zip(
         events, before - [e.threshold for e in events], after - [e.threshold for e in events], strict=True
@@ -564,7 +563,7 @@ def leapt_over(events: Sequence[Event], before: Array, after: Array) -> list[Eve
 
 
 def phase_after(now: Routines, phase: Phase, t: float, before: Array, by: tuple[Event, ...]) -> Phase:
-    """The phase that begins with actions that a kernel took at a state: parameters are what the same routine gives."""
+    """The phase after actions that a kernel executed at the state `before`; the same routine returns the new parameters."""
     eom, first = now.eom, len(now.eom.state) + 1
     acting = [k for k, event in enumerate(eom.events) if event in by]
     set_ = eom.numeric(now.settings).value(values_set)

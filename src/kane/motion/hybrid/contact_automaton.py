@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion with contacts from mode to mode in a kernel: it calls the kernel of a mode, decides what follows its event, and goes on.
+"""The hybrid automaton of contacts as a kernel: it calls the kernel of a mode, decides the mode that follows its event, and repeats.
 
-It has what `kane.motion.contact_motion` says. Where that is not sure in numbers, or a mode's kernel comes back with all but the end or
-an event, it returns: Python decides, or takes that one mode from its beginning. Where it is `alone`, without Python, it says more of
-why it returns, and is called again.
+It implements `kane.motion.contact_motion`. It returns if a decision is not certain numerically, or if a mode's kernel returns for any
+reason other than the end or an event: Python then decides, or runs that mode from its beginning. If `alone`, without Python, it
+returns more specific codes and is called again.
 """
 
 from enum import IntEnum
@@ -29,14 +29,14 @@ from kane.program.kernel.writer import Term, Writer
 from kane.program.native.entry import RESULT
 
 AT_ONCE = 100
-"""Modes at one instant after which none is consistent in numbers."""
+"""Largest number of modes at one instant; after more, no mode counts as consistent."""
 
 
 class Back(IntEnum):
-    """Why it returns: at the end; at another event than contacts'; to have Python decide after one, or take a mode; to collect.
+    """Return codes: at the end; at an event of no contact; for Python to decide after an event, or to run a mode; to collect results.
 
-    A mode that is decided may be UNKNOWN. Where it is `alone`: after as many steps as a mode's kernel takes; at one that begins at
-    the end.
+    UNKNOWN: the next mode has no kernel yet. Only if `alone`: LIMIT, after the largest number of steps of a mode's kernel; LATE, at
+    a mode that begins at the end.
     """
 
     END = 1
@@ -50,15 +50,15 @@ class Back(IntEnum):
 
 
 NOTED = 4
-"""Events a mode for which there is room where modes have as many."""
+"""Average number of events per mode for which `noted` has room."""
 AGAIN = 10
-"""`enter` is 2 at a start, 1 where a mode is to begin, 0 where it goes on; from here on, it ends at the event of this number more."""
+"""`enter` is 2 at a start, 1 if a mode begins, 0 if it continues; from AGAIN on, the mode ends at its event `enter` − AGAIN."""
 
 
 class Record(IntEnum):
-    """Places in a row of `records`, one a mode: what stands at `MORE` are the numbers in p that it had, its first and last state.
+    """Indices in a row of `records`, one row per mode; from `MORE` on: its contact parameters in p, its first and its last y.
 
-    `STEPS` and `RATES` are those before it.
+    `STEPS` and `RATES` are the counts before the mode.
     """
 
     BEGIN = 0
@@ -75,15 +75,15 @@ class Record(IntEnum):
 
 
 def automaton_kernel() -> Kernel:
-    """The kernel."""
+    """The kernel of the hybrid automaton."""
     return _Automaton(Writer("contacts")).kernel()
 
 
 class _Automaton(After):
-    """The kernel while it is written.
+    """The writer of the kernel.
 
-    Arrays with a part a mode: `ps`, `seen`, `largest`, `least`, `leaves` as its kernel has them, `own_events` their count, `p_at`
-    where in p the numbers of contacts stand, `meaning` of events, and `begun` by what events a mode begins.
+    Arrays with one part per mode: `ps`, `seen`, `largest`, `least`, `leaves` are arguments of its kernel, `own_events` its number of
+    events, `p_at` indices of contact parameters in p; `meaning` (contact, kind) of events, `begun` those that may leave upward.
     """
 
     def __init__(self, w: Writer) -> None:
@@ -106,7 +106,7 @@ class _Automaton(After):
         self.code = w.variable("code")
 
     def kernel(self) -> Kernel:
-        """The whole."""
+        """The complete kernel."""
         w = self.w
         self.mode.put(w.compute("int", self.calls[0]))
         self.t.put(self.s[int(Slot.TIME)])
@@ -133,22 +133,22 @@ class _Automaton(After):
         return w.finished(self.back)
 
     def meets(self, kind: Term, contact: Term) -> None:
-        """What the motion has come to is to be decided: an event of a contact, or its start."""
+        """Requests a decision after an event of a contact, or at the start of the motion."""
         self.t.put(self.s[int(Slot.TIME)])
         self.kind.put(self.w.compute("int", kind))
         self.which.put(self.w.compute("int", contact))
         self.decides.put(1)
 
     def row(self, which: Term | None = None) -> Term:
-        """Where a row of `records`, the present one unless told, begins: two numbers stand before the first."""
+        """The index at which a row of `records`, by default the present one, begins; two counts precede the first row."""
         return (self.rows.get() if which is None else which) * (self.extra_count() + self.n * 2 + int(Record.MORE)) + 2
 
     def extra_count(self) -> Term:
-        """How many numbers of a mode stand in p: directions, slack and slowest slips."""
+        """The number of contact parameters of a mode in p: directions, slacks and slowest slips."""
         return self.of.k * (self.of.d + 1)
 
     def one_mode(self) -> None:
-        """A mode up to its end, and what follows."""
+        """Runs a mode to its end and records it."""
         w, s, row = self.w, self.s, self.row()
         self.make(self.calls.at(0))
         code = self.calls[RESULT]
@@ -185,12 +185,12 @@ class _Automaton(After):
                 self.arrive(row)
 
     def unless_alone(self, back: Back, other: Back, condition: Term) -> Term:
-        """Why it returns, or the other one where it is alone and a condition holds."""
+        """The return code `other` if `alone` and the condition holds, else `back`."""
         w = self.w
         return w.select((self.alone > 0) & condition, w.integer(int(other)), w.integer(int(back)))
 
     def arrive(self, row: Term) -> None:
-        """At an event of the mode of a row, contacts' or another one."""
+        """At the event that ends the mode of a row: requests a decision if it is a contact's, else returns."""
         w = self.w
         at = (self.mode.get() * self.e + self.which.get()) * 2
         contact, kind = self.meaning[at], self.meaning[at + 1]
@@ -201,7 +201,7 @@ class _Automaton(After):
             self.still.put(w.select(self.t.get() > self.records[row], w.integer(0), self.still.get() + 1))
 
     def follow(self) -> None:
-        """What follows an event, or the start: the next mode, or Python's decision."""
+        """Decides the next mode after an event or at the start, or returns for Python to decide."""
         w, of = self.w, self.of
         self.decides.put(0)
         of.unsure.put(0)
@@ -222,7 +222,7 @@ class _Automaton(After):
             self.begins.put(1)
 
     def go_over(self) -> None:
-        """The numbers of the next mode, and which it is."""
+        """Sets the contact parameters of the next mode, and its index; returns if it has no kernel yet."""
         w, of = self.w, self.of
         d = of.d
         self.code.put(0.0)
@@ -254,7 +254,7 @@ class _Automaton(After):
                     self.directions[i * (d - 1) + j] = self.next_ways[i * (d - 1) + j]
 
     def slowest(self, i: Term, at: Term) -> None:
-        """The slip below which contact i goes straight on."""
+        """Sets the slip speed below which contact i slips in a fixed direction."""
         w, of = self.w, self.of
         d = of.d
         gains = self.rate
@@ -272,7 +272,7 @@ class _Automaton(After):
         self.extra[at + d - 1] = w.select(self.next[i] <= STRAIGHT, straight, level)
 
     def begin(self) -> None:
-        """A mode begins: its numbers in p, its routines' hoists, its events' quantities."""
+        """Begins a mode: its parameters in p, hoisted operations of its routines, initial quantities of its events."""
         w, s, of, row = self.w, self.s, self.of, self.row()
         self.begins.put(0)
         mode, extra = self.mode.get(), self.extra_count()
@@ -333,4 +333,4 @@ _ZERO = (
     Slot.TIME_LAG, Slot.STEP, Slot.LAST_STEP, Slot.LOOKED, Slot.HELD, Slot.QUIET, Slot.SINCE, Slot.SIDED, Slot.TURNING, Slot.CHOICE,
     Slot.MEASURED, Slot.LOGGED, Slot.JUMPS,
 )  # fmt: skip
-"""What a mode begins with."""
+"""Slots that are zero when a mode begins."""

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The modes of contacts, decided in a kernel where there is surely one answer: `kane.contacts` says what an answer is.
+"""The choice of contact modes in a kernel, if the solution of the contact problem (`kane.contacts`) is certainly unique.
 
-With W = J H Jᵀ and b of all rows (`kane.equations.mode_equations`) modes are tried, first those at hand: a contact whose N falls below
-zero opens, one whose |F| exceeds μ N slips against F, one that would slip along its friction sticks, one that would close is closed.
-Modes whose inequalities all hold by more than errors are the answer if friction is surely too small for another
-(`kane.contacts.uniqueness`). Whatever is less sure is left to Python: `unsure` says so.
+With W = J H Jᵀ and b of all rows (`kane.equations.mode_equations`) modes are tried, beginning with the present ones: a contact with
+N < 0 opens, one with |F| > μ N slips against F, one that would slip along its friction sticks, one whose gap would close is closed.
+Modes whose inequalities all hold by more than error bounds are the solution if friction is certainly too small for another
+(`unique` in `kane.contacts.choice`). In all other cases `unsure` is set and Python decides.
 """
 
 from collections.abc import Callable
@@ -16,22 +16,22 @@ from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer, factor, invert, total, unit
 
 OPEN, STICK, FRESH, SLIP = 0.0, 1.0, 2.0, 3.0
-"""`kane.contacts.problem.ContactStatus`."""
+"""Values of `kane.contacts.problem.ContactStatus`."""
 NO_PLACE = -1e6
-"""Where a contact has no such row."""
+"""The value in `places` of a row that a contact does not have."""
 _TURNS = 60
-"""Trials of modes, and of directions of slip, after which Python decides."""
+"""Largest number of trials of modes and directions of slip; after more, Python decides."""
 _ALONE = 20
-"""Trials after which one contact at a time changes, and what closes may slip at once: all together may go round in a ring."""
+"""Trials after which contacts change one at a time, and a closing one may slip at once: simultaneous changes may cycle."""
 _AGREEMENTS = 100
-"""Trials until normal forces agree with the couples that they press, after which Python decides."""
+"""Largest number of iterations until normal forces agree with the couples that depend on them; after more, Python decides."""
 _TURNED = 4 * LAST_DIGIT
 _WORST = 1e10
-"""Condition from which on constraints are taken for redundant."""
+"""Condition number above which constraints count as redundant."""
 
 
 def _sizes(k: Any, d: Any, n: Any, pa: Any) -> list[Any]:
-    """How many doubles the parts of `room` have, for k contacts of d rows over n speeds and pa constraints that always hold."""
+    """Sizes, in doubles, of the parts of `room`, for k contacts of d rows, n speeds and pa permanent constraints."""
     kd = k * d
     of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
     of_problem = [k, kd * kd, kd, kd, k, k, k, kd, k, k]
@@ -40,12 +40,12 @@ def _sizes(k: Any, d: Any, n: Any, pa: Any) -> list[Any]:
 
 
 def room(k: int, d: int, width: int, always: int) -> int:
-    """How many doubles the array `room` of `Decisions` has."""
+    """The size, in doubles, of the array `room` of `Decisions`."""
     return int(sum(_sizes(k, d, width, always)))
 
 
 class Decisions:
-    """The arguments that tell of contacts, the numbers at a state, and the choice of modes."""
+    """The writer of contact problems: arguments for contacts, numbers at a state, and the choice of modes."""
 
     def __init__(self, w: Writer) -> None:
         self.writer = w
@@ -64,7 +64,7 @@ class Decisions:
         self._offsets()
 
     def _offsets(self) -> None:
-        """Where what stands in `numbers` and in `room`."""
+        """Sets the offsets of the parts of `numbers` and `room`."""
         k, d, n, m, zero = self.k, self.d, self.width, self.m, self.writer.integer(0)
 
         def placed(sizes: list[Any]) -> list[Term]:
@@ -93,7 +93,7 @@ class Decisions:
     # ------------------------------------------------------------------------------------------------- small helpers
 
     def index(self, at: Term) -> Term:
-        """An index that is kept in `room`."""
+        """An index that is stored in `room`."""
         return self.writer.compute("int", self.room[at])
 
     def absolute(self, x: Term) -> Term:
@@ -101,7 +101,7 @@ class Decisions:
         return self.writer.compute("abs", x)
 
     def largest(self, *of: Term | float) -> Term:
-        """The largest of some."""
+        """The largest of some values."""
         result = of[0]
         for x in of[1:]:
             result = self.writer.compute("max", result, x)
@@ -109,15 +109,15 @@ class Decisions:
         return result
 
     def sum(self, count: Any, of: Callable[[Term], Term]) -> Term:
-        """A sum."""
+        """The sum of `of(i)` for i below `count`."""
         return total(self.writer, count, of)
 
     def length(self, at: Term) -> Term:
-        """That of the tangential numbers of a contact, the first of which stands at a place of `room`."""
+        """The norm of the d − 1 tangential values of a contact, from an index of `room` on."""
         return self.writer.compute("sqrt", self.sum(self.d - 1, lambda j: self.room[at + j] * self.room[at + j]))
 
     def doubt(self, condition: Term) -> None:
-        """Python decides where the condition holds."""
+        """Sets `unsure`, so that Python decides, if the condition holds."""
         with self.writer.when(condition):
             self.unsure.put(1)
 
@@ -128,7 +128,7 @@ class Decisions:
     # ------------------------------------------------------------------------------------------------ numbers at a state
 
     def touch(self, t: Term, y: Array) -> None:
-        """W, b and the velocities of all rows at a time and a state."""
+        """Sets W, b and the velocities of all rows, and their terms, at a time and a state."""
         w, room, numbers, n = self.writer, self.room, self.numbers, self.width
         self.call(t, y.at(0), self.p.at(0), self.r.at(0), self.h.at(0), numbers.at(0))
         with w.few(self.k * self.d) as i:
@@ -189,7 +189,7 @@ class Decisions:
             room[self.bias_terms + i] = sized
 
     def _row(self, places: Array, i: Term, at: Term) -> None:
-        """The row of constraints, or of an auxiliary speed, that a place says."""
+        """Copies to `at` the constraint row with index places[i], or the row of an auxiliary speed if that is negative."""
         w, room, n = self.writer, self.room, self.width
         with w.few(n) as j:
             room[at + j] = 0.0
@@ -201,7 +201,7 @@ class Decisions:
             room[at + self.nu + w.compute("int", -1.0 - places[i])] = 1.0
 
     def _keep(self, by_inverse: Callable[[Term, Callable[[Term], Term]], Term]) -> None:
-        """H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁻¹ P M⁻¹ in the place of M⁻¹, for the constraints P that always hold."""
+        """Replaces M⁻¹ by H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁻¹ P M⁻¹ for the permanent constraints P."""
         w, room, n, pa = self.writer, self.room, self.width, self.always_count
         with w.few(pa) as i:
             self._row(self.always, i, self.P + i * n)
@@ -241,9 +241,9 @@ class Decisions:
     # --------------------------------------------------------------------------------------- the problem of closed contacts
 
     def problem(self, closed: Callable[[Term], Term], sliding: Array, friction: Array, impulsive: Term) -> None:
-        """W, b and coefficients of the contacts that are `closed`; velocities take the place of b where it is of impulses.
+        """Sets W, b and coefficients of the contacts that are `closed`; if `impulsive`, b are velocities.
 
-        `sliding` (k × d − 1) are directions of slip, `friction` (k) the μ_s that hold.
+        `sliding` (k × d − 1) are directions of present slip, `friction` (k) the μ_s to be used.
         """
         w, room, d = self.writer, self.room, self.d
         self.count.put(0)
@@ -298,7 +298,7 @@ class Decisions:
             room[self.kinetic + n] = w.compute("min", room[self.kinetic + n], room[self.static + n])
 
     def doubt_normal(self, n: Term, i: Term) -> None:
-        """Unsure where no force moves the gap of contact i, the nth of the closed ones: Python names it."""
+        """Unsure if no force changes the gap of contact i, the nth closed one: Python reports it by name."""
         room, d = self.room, self.d
         terms, own = self.mobility_terms + i * d, n * d
         every = self.largest(*(room[terms + self.writer.integer(j)] for j in (0, 1)), room[terms + d - 1])
@@ -306,7 +306,7 @@ class Decisions:
         self.doubt(~self.lacks_row(i, 0) & ~(room[self.W + own * self.k * d + own] > least))
 
     def unforced(self, row: Term) -> tuple[Term, Term]:
-        """b of a row and its terms, with the viscous friction of the closed contacts."""
+        """b of a row and its terms, including viscous friction of the closed contacts."""
         room, d, kd = self.room, self.d, self.k * self.d
 
         def drag(c: Term) -> Term:
@@ -321,7 +321,7 @@ class Decisions:
         )
 
     def group(self) -> None:
-        """`first` of each contact becomes the first one that slips as it does: their tangential rows of W are equal."""
+        """Sets `first` of each contact to the first one with the same slip, by equal tangential rows of W."""
         w, room, d, kd, c = self.writer, self.room, self.d, self.k * self.d, self.count
         with w.few(c.get()) as n:
             room[self.first + n] = w.compute("float", n)
@@ -338,7 +338,7 @@ class Decisions:
                     room[self.first + n] = w.compute("float", m)
 
     def lead_of(self, n: Term) -> None:
-        """`lead` of a contact that sticks becomes the first one that sticks by its rows: itself where there is none before it."""
+        """Sets `lead` of a sticking contact to the first one with the same slip that sticks, possibly itself."""
         w, room = self.writer, self.room
         room[self.lead + n] = w.compute("float", n)
         with w.few(n) as m:
@@ -349,27 +349,27 @@ class Decisions:
                 room[self.lead + n] = w.compute("float", m)
 
     def leads(self, n: Term, m: Term) -> Term:
-        """Whether contact n sticks by the rows of m."""
+        """Whether contact n sticks by the constraints of contact m."""
         sticks = self.room[self.kind + n].equals(STICK)
         return sticks & self.index(self.lead + n).equals(m)
 
     def whole(self, i: Term) -> Term:
-        """The contact of a row."""
+        """The closed contact to which a row of the problem belongs."""
         w = self.writer  # d is 2 or 3
         return w.compute("int", (w.compute("float", i) + 0.5) / w.compute("float", self.d))
 
     def rest_of(self, i: Term) -> Term:
-        """Which of the contact's rows it is."""
+        """The index of a row of the problem among the d rows of its contact."""
         return i - self.whole(i) * self.d
 
     def row_of(self, i: Term) -> Term:
-        """Which of the rows of all contacts a row of the problem is."""
+        """The index of a row of the problem among the rows of all contacts."""
         return self.index(self.own + self.whole(i)) * self.d + self.rest_of(i)
 
     def until_forces_agree(self, solved: Callable[[Callable[[Term], Term]], None]) -> None:
-        """`solved` is asked until the N of contacts that press others are those by which these have been pressed.
+        """Repeats `solved` until the N on which other contacts depend (rolling resistance) equal those that were assumed.
 
-        It is given which contacts may be closed: at first not those that others press.
+        `solved` takes a predicate of contacts that may be closed: in the first iteration not those that depend on others.
         """
         w, room, d = self.writer, self.room, self.d
         self.agreeing.put(0)
@@ -393,7 +393,7 @@ class Decisions:
     # -------------------------------------------------------------------------------------------------------- the choice
 
     def choose(self) -> None:
-        """`kind`, `dirs`, `force` and `a` of the closed contacts become those of the one answer, or `unsure` is set."""
+        """Sets `kind`, `dirs`, `force` and `a` of the closed contacts to the unique solution, or sets `unsure`."""
         w, room, c = self.writer, self.room, self.count
         with w.few(c.get()) as n:
             slides = room[self.slides + n] > 0.0
@@ -415,7 +415,7 @@ class Decisions:
         self.doubt(self.again.get() > 0)
 
     def is_unique(self) -> None:
-        """Unsure unless friction is too small for two answers."""
+        """Sets `unsure` unless friction is too small for two solutions, by the bound of `kane.contacts.choice.unique`."""
         w, room, d, c, kd = self.writer, self.room, self.d, self.count, self.k * self.d
         size = c.get() * d
         with w.few(size) as i, w.few(size) as j:
@@ -435,7 +435,7 @@ class Decisions:
             slides = room[self.slides + n] > 0.0
 
             def moves(j: Term, l: Term) -> Term:
-                """The lth entry of the jth row of what moves."""
+                """Entry l of row j of the linear map from y to a_t."""
                 straight = self.sum(d - 1, lambda r: room[self.dirs + n * d + r] * self._lower(n * d + 1 + r, l))
                 return w.select(slides, straight, self._lower(n * d + 1 + j, l))
 
@@ -455,7 +455,7 @@ class Decisions:
             self.doubt(~(room[self.bound + i * kd + i] > 0.0))
 
     def _factor(self, size: Term) -> None:
-        """L of W = L Lᵀ, with zero columns where a contact slips as one before it; unsure where other rows depend on each other."""
+        """L of W = L Lᵀ, with zero columns for contacts with the slip of an earlier one; unsure if other rows are dependent."""
         w, room, kd = self.writer, self.room, self.k * self.d
         with w.few(size) as i, w.few(i + 1) as j:
             row, above = self.L + i * kd * 2, self.L + j * kd * 2
@@ -475,7 +475,7 @@ class Decisions:
         return self.writer.select(j <= i, self.room[self.L + i * self.k * self.d * 2 + j], 0.0)
 
     def _press(self, row: Term, size: Term) -> None:
-        """`pressing` becomes L⁻¹ e of a row e: N = pressing · y for λ = L⁻ᵀ y."""
+        """Sets `pressing` to L⁻¹ e for the unit vector e of a row: N = pressing · y for λ = L⁻ᵀ y."""
         w, room, kd = self.writer, self.room, self.k * self.d
         with w.few(size) as i:
             right = unit(i, row)
@@ -484,7 +484,7 @@ class Decisions:
             room[self.pressing + i] = w.select(pivot > 0.0, (right - before) / w.select(pivot > 0.0, pivot, 1.0), 0.0)
 
     def search(self) -> None:
-        """Modes are tried until all inequalities hold."""
+        """Tries modes until all inequalities hold, or sets `unsure`."""
         w, d, c = self.writer, self.d, self.count
         self.changed.put(1)
         self.trials.put(0)
@@ -499,7 +499,7 @@ class Decisions:
         self.doubt(self.changed.get() > 0)
 
     def _judge(self, n: Term, at: Term) -> None:
-        """Whether the inequalities of a contact hold by more than errors, and what it does else."""
+        """Changes the status of a contact if an inequality is violated; unsure if one is within its error bound."""
         w, room, d = self.writer, self.room, self.d
         kind, slides = room[self.kind + n], room[self.slides + n] > 0.0
         pressed, error = room[self.force + at], room[self.force_errors + at]
@@ -531,7 +531,7 @@ class Decisions:
                     self._judge_slip(n, at, most)
 
     def _slip_on(self, n: Term, at: Term, slides: Term) -> None:
-        """A contact whose N was below zero while it stuck slips where it closes again: onward, or back where that has led here."""
+        """After `_ALONE` trials, a contact that closes again slips at once, alternately along its acceleration and against it."""
         w, room, d = self.writer, self.room, self.d
         moves = self.length(self.a + at + 1)
         with w.when((self.trials.get() > _ALONE) & (room[self.rubs + n] > 0.0) & ~slides & (moves > 0.0)):
@@ -543,7 +543,7 @@ class Decisions:
             room[self.kind + n] = FRESH
 
     def _judge_cone(self, n: Term, at: Term, friction: Term, most: Callable[[Term], Term]) -> None:
-        """Whether contacts that stick by the rows of n keep to |F| ≤ Σ μ N; else they slip against F."""
+        """Checks |F| ≤ Σ μ N of the contacts that stick by the constraints of n; if violated, they slip against F."""
         w, room, d, c = self.writer, self.room, self.d, self.count
 
         def sum_of(what: Term) -> Term:
@@ -561,12 +561,12 @@ class Decisions:
             self.changed.put(1)
 
     def _judge_slip(self, n: Term, at: Term, most: Callable[[Term], Term]) -> None:
-        """Whether a contact that begins to slip does so against its friction; else it sticks. Its direction follows."""
+        """Updates the direction of a contact that begins to slip, by its acceleration; it sticks if friction does not oppose slip."""
         w, room, d = self.writer, self.room, self.d
         onward = self.sum(d - 1, lambda j: room[self.dirs + at + j] * room[self.a + at + 1 + j])
         slack, held = most(self.a_errors), self.other
         held.put(0.0)
-        with w.few(self.count.get()) as m:  # by one that sticks by its rows
+        with w.few(self.count.get()) as m:  # by another one with the same slip that sticks
             one = room[self.kind + m].equals(STICK) & room[self.first + m].equals(room[self.first + n])
             held.put(w.select(one & (room[self.rubs + m] > 0.0), 1.0, held.get()))
         self.doubt((held.get() < 0.5) & (self.absolute(onward) <= slack))
@@ -584,7 +584,7 @@ class Decisions:
                 room[self.dirs + at + j] = turned
 
     def solve(self) -> None:
-        """Forces and accelerations in the modes `kind`, with bounds of their errors."""
+        """Sets forces and accelerations in the modes `kind`, with error bounds."""
         w, room, d, c, kd = self.writer, self.room, self.d, self.count, self.k * self.d
         size, nu = c.get() * d, self.unknowns
         nu.put(0)
@@ -616,7 +616,7 @@ class Decisions:
         return self.room[self.A + u * count * 2 + count + v]
 
     def _forces(self, size: Term) -> None:
-        """x, λ and a."""
+        """Sets x, λ and a."""
         w, room, d, nu, kd = self.writer, self.room, self.d, self.unknowns, self.k * self.d
         with w.few(size) as i:
             room[self.force + i] = 0.0
@@ -635,7 +635,7 @@ class Decisions:
             self.doubt(~(self.absolute(room[self.a + i]) < 1e300))
 
     def sized(self, i: Term, size: Term, of: Term) -> Term:
-        """s_i Σ s_j |λ_j| with s² the diagonal of W: what rounding of W leaves is beside this."""
+        """s_i Σ s_j |λ_j| with s² the diagonal of W, the scale of rounding errors of W."""
         w, room, kd = self.writer, self.room, self.k * self.d
 
         def root(j: Term) -> Term:
@@ -644,7 +644,7 @@ class Decisions:
         return root(i) * self.sum(size, lambda j: root(j) * self.absolute(room[of + j]))
 
     def _errors(self, size: Term) -> None:
-        """|Δλ| and |Δa|; unsure where equations are not met."""
+        """Sets bounds of |Δλ| and |Δa|; unsure if the equations are not satisfied."""
         w, room, d, nu, kd = self.writer, self.room, self.d, self.unknowns, self.k * self.d
         with w.few(size) as i:
             room[self.force_errors + i] = 0.0

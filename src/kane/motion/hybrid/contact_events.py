@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What follows an event of a contact, in a kernel: impacts where a gap closes, then the modes. See `kane.motion.contact_motion`."""
+"""Decisions after an event of a contact, in a kernel: impacts if a gap closes, then the modes. See `kane.motion.contact_motion`."""
 
 from collections.abc import Callable
 
@@ -11,29 +11,29 @@ from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Variable, Writer, factor, solve
 
 NOTHING = 1e-10
-"""Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
+"""Fraction of its terms up to which a velocity counts as zero, as where a slip or an approach ends."""
 STARTS, ENDS = 1e-8, 1e-10
-"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end, or below
-that which tolerances leave open, where it would go to and fro about its end."""
+"""Slip has a fixed direction up to the speed gained in this fraction of the span after its beginning; and before its end, below this
+fraction of its terms, or below the error that tolerances allow, as it would oscillate about its end."""
 FLAT, LOW = 1e-3, 1e-10
-"""Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
+"""Fractions of the tolerance of a gap, and of the highest rebound, below which rebounds are omitted."""
 KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
-"""How an event ends the mode of a contact."""
+"""The kinds of events that end the mode of a contact."""
 SEPARATED, STICKS, STRAIGHT, SLIPS, HELD = 0.0, 1.0, 2.0, 3.0, 4.0
-"""`ContactMode`."""
+"""Values of `ContactMode`."""
 CLOSES, OPENS, SLIPPING, STICKING, TURNS, SLOWS, BEGINS = range(7)
-"""The same as numbers, and the start of a motion, at which numbers decide what is closed."""
+"""The kinds as numbers, and the start of a motion, at which numerical values decide which contacts are closed."""
 _FIRST, _HIT, _FORCE, _APART, _REST, _LAST, _DONE = range(7)
-"""What is to be done after an event: to find that out; impacts; the force that slip begins against; the choice without the contact
-that opens, that of those that stay closed for those that rest, and of all."""
+"""Tasks after an event: to select tasks; impacts; friction forces that beginning slip opposes; the choice of modes without the contact
+that opens, that of contacts that stay closed, to detect rest, and that of all."""
 Which = Callable[[Term], Term]
 
 
 class After:
-    """The arguments that tell of the contacts as they are, a number each, and what follows an event.
+    """The writer of decisions after an event; its arguments are arrays with the data of contacts.
 
-    `modes` and, of slips, `directions` now; `slack`, `fastest`, `highest`, `rebound` as `kane.motion.contact_motion` has them;
-    `next_modes` and `next_ways` are decided, `sliding`, `friction`, `touching`, `hits` what a decision is asked.
+    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound` as in `kane.motion.contact_motion`;
+    `next_modes` and `next_ways` are the results, `sliding`, `friction`, `touching`, `hits` the input of a decision.
     """
 
     def __init__(self, w: Writer) -> None:
@@ -63,12 +63,12 @@ class After:
         return [self.w.variable(name, INT) for name in names]
 
     def drive(self) -> None:
-        """The inputs at the state at hand."""
+        """Evaluates the inputs at the present state."""
         with self.w.when(self.driven > 0):
             self.drives(self.t.get(), self.y.at(0), self.of.r.at(0), self.calls.at(0), self.of.r.at(0))
 
     def keep(self, back: bool) -> None:
-        """What is known of the contacts is kept, or is again what was kept, for Python to decide."""
+        """Saves the data of contacts, or restores them (`back`) for Python to decide."""
         for k, one in enumerate((self.slack, self.fastest, self.highest, self.rebound)):
             with self.w.few(self.of.k) as i:
                 at = self.of.k * k + i
@@ -85,11 +85,11 @@ class After:
         return result
 
     def here(self, i: Term) -> Term:
-        """Whether it is the event of contact i."""
+        """Whether the event is one of contact i."""
         return i.equals(self.which.get())
 
     def leads(self, modes: Array, i: Term) -> Term:
-        """Whether others may be held with contact i in these modes: it rubs and sticks."""
+        """Whether others may be held with contact i in these modes: it has friction and sticks."""
         return modes[i].equals(STICKS) & (self.slip_count[i] > 0.0)
 
     def slipping(self, i: Term) -> Term:
@@ -97,7 +97,7 @@ class After:
         return (self.modes[i] >= STRAIGHT) & (self.modes[i] <= SLIPS)
 
     def decide_after(self) -> None:
-        """`next_modes` and `next_ways`; the state after impacts is in y."""
+        """Sets `next_modes` and `next_ways`, and y to the state after impacts."""
         w, of = self.w, self.of
         self.task.put(_FIRST)
         with w.repeat(lambda: (self.task.get() < _DONE) & (of.unsure.get() < 1)):
@@ -117,11 +117,11 @@ class After:
                 self.decide_on()
 
     def doing(self, task: int) -> Term:
-        """Whether it is this task."""
+        """Whether this is the present task."""
         return self.task.get().equals(task)
 
     def first(self) -> None:
-        """What is to be done after an event."""
+        """Selects the first task after an event and sets its input."""
         w, of = self.w, self.of
         k, d = of.k, of.d
         self.hit.put(0)
@@ -140,7 +140,7 @@ class After:
             with w.when(begins | closes):
                 self.hits[i] = 1.0
                 self.hit.put(1)
-                of.doubt(of.room[of.velocity + i * d] > 0.0)  # below zero, though it opens
+                of.doubt(of.room[of.velocity + i * d] > 0.0)  # negative gap, though it opens
         slips = w.select(self.is_(BEGINS), w.integer(1), w.integer(0))
         self.find_slips(
             lambda i: (
@@ -169,7 +169,7 @@ class After:
             self.task.put(_HIT)
             with w.few(k) as i:
                 self.friction[i] = of.numbers[of.laws + i * 3 + 1]
-                self.hits[i] = w.select(self.touches(i), 1.0, self.hits[i])  # an impact beside may throw it back
+                self.hits[i] = w.select(self.touches(i), 1.0, self.hits[i])  # another impact may make it rebound
                 with w.few(d - 1) as j:
                     self.sliding[i * (d - 1) + j] = 0.0
                 with w.when(self.hits[i] > 0.0):
@@ -177,7 +177,7 @@ class After:
                     self.touching[i] = 1.0
 
     def begin_closed(self) -> None:
-        """What is closed at the start of a motion, as if it stuck; unsure where bodies penetrate or coefficients are none."""
+        """The contacts closed at the start of a motion get the mode STICK; unsure if bodies penetrate or coefficients are invalid."""
         w, of = self.w, self.of
         with w.few(of.k) as i:
             static, kinetic, e = (of.numbers[of.laws + i * 3 + j] for j in range(3))
@@ -191,12 +191,12 @@ class After:
             self.modes[i] = self.modes[w.compute("int", of.pressed_by[i])]
 
     def approach(self, i: Term) -> Term:
-        """The rate of a gap beside its terms: below zero where it closes."""
+        """The rate of a gap relative to its terms, negative if it closes."""
         terms = self.of.room[self.of.velocity_terms + i * self.of.d]
         return self.w.select(terms > 0.0, self.of.room[self.of.velocity + i * self.of.d] / terms, 0.0)
 
     def decide_on(self) -> None:
-        """One task, and which is next."""
+        """Executes the present task and selects the next one."""
         w, of = self.w, self.of
         apart, hit = self.doing(_APART), self.doing(_HIT)
 
@@ -236,11 +236,11 @@ class After:
         self.task.put(self.next_task.get())
 
     def slip(self, i: Term) -> Term:
-        """|v_t| of a contact."""
+        """|v_t| of contact i."""
         return self.of.length(self.of.velocity + i * self.of.d + 1)
 
     def slip_terms(self, i: Term) -> Term:
-        """The largest of the terms of its slips, and of what they have been."""
+        """The largest of the terms of the slip velocities of contact i, and of its slip speeds so far."""
         w, of = self.w, self.of
         of.cell.put(self.fastest[i])
         with w.few(of.d - 1) as j:
@@ -248,7 +248,7 @@ class After:
         return of.cell.get()
 
     def find_slips(self, of_contact: Which) -> None:
-        """`sliding` becomes the directions of slip of some contacts, zero where there is none but for rounding."""
+        """Sets `sliding` to the directions of slip of the selected contacts, zero where slip is zero up to rounding."""
         w, of = self.w, self.of
         with w.few(of.k) as i:
             size = self.slip(i)
@@ -258,21 +258,21 @@ class After:
                 self.sliding[i * (of.d - 1) + j] = w.select(moves, way, 0.0)
 
     def closes(self, i: Term) -> Term:
-        """Whether a gap that is open closes at this instant, too."""
+        """Whether an open gap closes at the same instant."""
         of = self.of
         at = i * of.d
         approaches = of.room[of.velocity + at] < -(of.room[of.velocity_terms + at] * NOTHING)
         return approaches & self.touches(i)
 
     def touches(self, i: Term) -> Term:
-        """Whether a gap that is open is none but for what times tell."""
+        """Whether an open gap is zero up to the resolution of event times."""
         of = self.of
         far = of.absolute(of.room[of.velocity + i * of.d]) * self.s[int(Slot.SPAN)]
         near = of.numbers[of.gaps + i] + self.slack[i] <= (of.numbers[of.gap_terms + i] + far) * SAME_TIME
         return (of.places[i * of.d] > -0.5) & ~(self.modes[i] > SEPARATED) & near
 
     def settle(self) -> None:
-        """The modes that were chosen are next; contacts that are not among the closed ones are separated."""
+        """Sets the next modes to the chosen ones; contacts that are not closed are separated."""
         w, of = self.w, self.of
         d = of.d
         with w.few(of.k) as i:
@@ -283,12 +283,12 @@ class After:
             i = of.index(of.own + n)
             kind = of.room[of.kind + n]
             with w.when(kind < STICK):
-                of.doubt(~(of.places[i * d] > -0.5))  # what the coordinates do not let open
+                of.doubt(~(of.places[i * d] > -0.5))  # the coordinates keep it closed
             sticks = (kind >= STICK) & ((kind <= STICK) | ~(self.slip_count[i] > 0.0))
             held = (kind <= STICK) & (of.room[of.lead + n] < w.compute("float", n))
             with w.when(sticks):
                 self.next[i] = w.select(held, HELD, STICKS)
-                with w.when(held):  # by the last one before it that sticks
+                with w.when(held):  # the kernel of a mode holds it with the last one before it that sticks
                     self.last.put(-1)
                     with w.few(n) as m:
                         other = of.index(of.own + m)
@@ -316,11 +316,11 @@ class After:
                 of.doubt((twice < 0.0) & (v * v <= (gap - terms * ROUNDED) * twice))
 
     def gained(self, n: Term) -> Term:
-        """The slip that the n-th of those chosen gains where it begins, along a straight line."""
+        """The slip speed up to which the n-th chosen contact slips in a fixed direction after its slip begins: see `STARTS`."""
         return self.of.length(self.of.a + n * self.of.d + 1) * self.s[int(Slot.SPAN)] * STARTS
 
     def level(self, i: Term, fastest: Term) -> Term:
-        """The slip below which contact i, which has been as `fastest`, goes straight on: see `ENDS`."""
+        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`."""
         w, of = self.w, self.of
         sums = of.cell
         sums.put(0.0)
@@ -331,7 +331,7 @@ class After:
         return of.largest(fastest * ENDS, left)
 
     def gap_acceleration(self, i: Term) -> Term:
-        """The acceleration of a gap by the forces at hand."""
+        """The acceleration of a gap due to the present contact forces."""
         of, kd = self.of, self.of.k * self.of.d
 
         def pushed(c: Term) -> Term:
@@ -340,12 +340,12 @@ class After:
         return of.sum(of.count.get() * of.d, pushed) + of.unforced(i * of.d)[0]
 
     def part(self) -> None:
-        """Whether the gaps of those taken for open do not close again: `found`, then that is what follows.
+        """Sets `found` if no gap of the contacts assumed open closes again; then the choice without these is final.
 
-        Else that of the event alone is taken for open where others were, too.
+        Else, if others were assumed open as well, the next choice assumes this of the event's contact alone.
         """
         w, of = self.w, self.of
-        count, others = self.last, self.others  # of those that close again, of those beside that of the event
+        count, others = self.last, self.others  # gaps that close again; contacts besides the event's
         for cell in (count, others):
             cell.put(0)
         with w.few(of.k) as i, w.when(self.off[i] > 0.0):
@@ -363,9 +363,9 @@ class After:
                 self.off[i] = w.select(self.here(i), 1.0, 0.0)
 
     def parts(self, i: Term) -> None:
-        """Whether the gap of contact i, taken for open, does not close again: `found`.
+        """Sets `found` if the gap of contact i, assumed open, does not close again.
 
-        So it is where the mode lasted no time: the force of the event, above zero where it began, has fallen through zero since.
+        This holds if the mode lasted no time: the force N of the event, positive when the mode began, has fallen through zero since.
         """
         w, of = self.w, self.of
         kd = of.k * of.d
@@ -380,12 +380,12 @@ class After:
         brief = (self.still.get() > 0) & self.here(i)
         with w.when((of.places[row] > -0.5) & ((a.get() >= -(terms.get() * NOTHING)) | brief)):
             self.found.put(1)
-        with w.when(self.found.get() < 1), w.few(of.k) as n:  # forces turn with directions of slow slips
+        with w.when(self.found.get() < 1), w.few(of.k) as n:  # forces depend on directions of slow slips
             slow = self.slip(n) * NOTHING < self.slip_terms(n) * ROUNDED_TERMS
             of.doubt(self.slipping(n) & (self.slip_count[n] > 1.5) & slow)
 
     def as_it_was(self) -> None:
-        """Forces in the modes at hand."""
+        """Forces in the present modes."""
         w, of = self.w, self.of
         with w.few(of.count.get()) as n:
             of.room[of.kind + n] = w.select(of.room[of.slides + n] > 0.0, SLIP, STICK)
@@ -394,7 +394,7 @@ class After:
         of.solve()
 
     def press(self) -> None:
-        """Against the forces in the modes at hand slip begins; `off` become those that vanish with the one that opens."""
+        """Sets directions of beginning slip, against present friction, and `off`: contacts whose N vanishes with the event's."""
         w, of = self.w, self.of
         room, d = of.room, of.d
         with w.few(of.count.get()) as n:
@@ -410,18 +410,18 @@ class After:
                     with w.when(of.numbers[laws + 1] >= of.numbers[laws] * (1 - ENDS)):
                         of.doubt(
                             self.slip_count[of.index(of.own + m)] > 1.5
-                        )  # it turns at once: steps are to be implicit
+                        )  # its direction changes at once: steps must be implicit
                         with w.few(d - 1) as j:
                             self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
 
     def together(self) -> None:
-        """Contacts that others press are closed where these are."""
+        """Closes contacts that depend on the N of others if these are closed."""
         w, by = self.w, self.of.pressed_by
         with w.few(self.of.k) as i, w.when(by[i] > -0.5):
             self.touching[i] = self.touching[w.compute("int", by[i])]
 
     def impact(self) -> None:
-        """y after the impacts of those that take part: all at once, or all one after the other."""
+        """Changes y by the impacts of the contacts that take part, simultaneous or sequential."""
         of = self.of
         size = of.count.get() * of.d
         self.impacts.run(size)
@@ -429,7 +429,7 @@ class After:
         self.impacts.grow(size)
 
     def thrown(self) -> None:
-        """Which of those that touch stay closed after all impacts: `touching`."""
+        """Sets `touching` to the contacts that stay closed after all impacts."""
         w, of, d = self.w, self.of, self.of.d
         with w.few(of.k) as i:
             self.friction[i] = of.numbers[of.laws + i * 3]
@@ -443,7 +443,7 @@ class After:
         self.together()
 
     def change(self, count: Term, row: Which, impulse: Which) -> None:
-        """The speeds after so many impulses of rows of all contacts; those that they stop but for rounding are zero."""
+        """Changes the speeds by `count` impulses on rows of all contacts; speeds that are then zero up to rounding become zero."""
         w, of = self.w, self.of
         with w.few(of.nu) as j:
 
@@ -459,7 +459,7 @@ class After:
             self.y[of.nq + j] = w.select(of.absolute(after) > terms * ROUNDED_TERMS, after, 0.0)
 
     def flat(self) -> None:
-        """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
+        """Brings contacts to rest if further rebounds are below tolerances: sets `touching`, and `over` to the end of rebounds."""
         w, of = self.w, self.of
         room, d = of.room, of.d
         rests = self.last
@@ -486,7 +486,7 @@ class After:
             self.next_task.put(_REST)  # beside these others fall faster
 
     def hold(self) -> None:
-        """The least change of speeds after which gaps that rest have no rates, and contacts that do not slip no slip."""
+        """Makes the least change of speeds after which rates of closed gaps are zero, and slips of contacts that do not slip."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
         count = of.unknowns
@@ -515,7 +515,7 @@ class After:
         with (
             w.few(of.k) as i,
             w.when(self.leaving[i] > self.touching[i]),
-        ):  # what these press down Python is to let rest, too
+        ):  # Python brings contacts to rest that these push down
 
             def pressed(u: Term, i: Term = i) -> Term:
                 return room[of.mobility + i * d * kd + of.index(of.at_row + u)] * room[of.x + u]
@@ -526,7 +526,7 @@ class After:
         self.together()
 
     def is_held(self, i: Term) -> Term:
-        """Whether a row of an earlier contact that is held is that of contact i, too."""
+        """Whether a constraint of an earlier contact, already imposed, equals that of contact i."""
         w, of = self.w, self.of
         kd, d = of.k * of.d, of.d
         self.last.put(0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Impacts of contacts at one instant in a kernel: one after the other by Routh's process, or all at once by Moreau's rule.
+"""Impacts of contacts at one instant in a kernel: sequential by Routh's method, or simultaneous by Moreau's law.
 
 See `kane.contacts.routh` and `kane.contacts.several`.
 """
@@ -15,11 +15,11 @@ _POISSON, _NEWTON, _MOREAU = (float(LAWS.index(law)) for law in ("poisson", "new
 _ENDLESS = 1e301
 _ROOT = 60
 _MOST = 100
-"""Impacts of a sequence, times k², after which Python decides."""
+"""Largest number of impacts of a sequence, over k²; after more, Python decides."""
 
 
 class ImpactKernel:
-    """`impulse`, p of the rows of the problem at hand, and the `law` of each contact; velocities after impacts are in `a`."""
+    """The writer of impacts: `impulse` is p of the problem's rows, `law` that of each contact; `a` are velocities after impacts."""
 
     def __init__(self, of: Decisions) -> None:
         self.of, self.w = of, of.writer
@@ -34,7 +34,7 @@ class ImpactKernel:
         )
 
     def begin(self) -> None:
-        """By which rule, and nothing that earlier impacts have left."""
+        """Selects sequential or simultaneous impacts, and resets the terms of earlier impacts."""
         w, of = self.w, self.of
         self.together.put(0)
         with w.few(of.k) as i, w.when(self.law[i].equals(_MOREAU)):
@@ -44,9 +44,9 @@ class ImpactKernel:
             self.grown[i] = 0.0
 
     def meet(self, touching: Array) -> None:
-        """`part`, who takes part in impacts, or that these are `over`.
+        """Sets `part`, the contacts that take part in the next impacts, or `over` if there are none.
 
-        By Moreau's rule those take part that touch and do not leave, again until none closes; else all, once.
+        By Moreau's law these are the touching contacts that do not separate, repeatedly until none approaches; else all, once.
         """
         w, of = self.w, self.of
         d, close = of.d, self.found
@@ -65,11 +65,11 @@ class ImpactKernel:
         of.doubt(self.rounds.get() > of.k * of.k * _MOST)
 
     def terms(self, row: Term) -> Term:
-        """The terms of a velocity, with those of the impulses that have led to it."""
+        """The magnitudes of the terms of a velocity, with those of the impulses so far."""
         return self.of.room[self.of.velocity_terms + row] + self.grown[row]
 
     def grow(self, size: Term) -> None:
-        """Terms of all velocities, by the impulses of the problem, whose rows are so many."""
+        """Adds the terms due to the impulses of the problem, of `size` rows, to those of all velocities."""
         w, of = self.w, self.of
         room, kd = of.room, of.k * of.d
 
@@ -81,7 +81,7 @@ class ImpactKernel:
             self.grown[i] = self.grown[i] + root(of.mobility + i * kd + i) * self.put["work"].get()
 
     def ask(self) -> None:
-        """By Moreau's rule b becomes what its choice asks, v_n⁺ + e v_n⁻ ≥ 0; else it is v."""
+        """Sets b for the choice by Moreau's law, v_n⁺ + e v_n⁻ ≥ 0; with other laws b remains v."""
         w, of = self.w, self.of
         room, d = of.room, of.d
         with w.when(self.together.get() > 0):
@@ -97,7 +97,7 @@ class ImpactKernel:
                 room[of.terms + c] = room[of.terms + c] + of.absolute(room[of.b + c])
 
     def thrown(self, size: Term) -> None:
-        """The impulses that were chosen, and the velocities after them; b and its terms are those of v again."""
+        """The impulses of the choice, and the velocities after them; resets b and its terms to those of v."""
         room, of = self.of.room, self.of
         with self.w.few(size) as c:
             v, asked = self.impulse[c], room[of.b + c]
@@ -107,7 +107,7 @@ class ImpactKernel:
             self.impulse[c] = room[of.force + c]
 
     def run(self, size: Term) -> None:
-        """All impacts of the problem, whose rows are so many."""
+        """All impacts of the problem, of `size` rows; unsure if energy increases."""
         w, of = self.w, self.of
         with w.when(self.together.get() > 0):
             self.thrown(size)
@@ -118,7 +118,7 @@ class ImpactKernel:
         of.doubt(energy > spent * (2 * ROUNDED_CHAIN))
 
     def one_by_one(self, size: Term) -> None:
-        """Each that closes, the fastest first, until none does."""
+        """Sequential impacts, the fastest approach first, until no contact approaches."""
         w, of = self.w, self.of
         room = of.room
         with w.few(size) as c:
@@ -134,7 +134,7 @@ class ImpactKernel:
             of.doubt(self.rebounds.get() > limit)
 
     def one_impact(self, size: Term) -> None:
-        """The one that closes fastest of those that close, by Routh's process in the plane; none is left where it is `done`."""
+        """The impact of the contact that approaches fastest, by Routh's method; sets `done` if none approaches."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
         fastest = of.other
@@ -169,7 +169,7 @@ class ImpactKernel:
                 room[of.a + row + 2] = self.put["v_b"].get()
 
     def hit(self, size: Term, row: Term, turns: Term) -> None:
-        """The impulses of a contact, `p_n`, `way_a` and `way_b`, and the velocities of all after them."""
+        """Adds the impulses of a contact, `p_n`, `way_a` and `way_b`, and their effect on all velocities."""
         w, of = self.w, self.of
         room, kd = of.room, of.k * of.d
         impulses = self.put["p_n"].get(), self.way_a.get(), self.way_b.get()
@@ -179,7 +179,7 @@ class ImpactKernel:
         with w.when(turns):
             self.impulse[row + 2] = self.impulse[row + 2] + impulses[2]
         with w.few(size) as c:
-            across = w.select(turns, row + 2, row)  # in the plane there is none
+            across = w.select(turns, row + 2, row)  # in the plane way_b = 0
             places = zip((row, row + 1, across), impulses, strict=True)
             by = [room[of.W + c * kd + place] * p for place, p in places]
             room[of.a + c] = room[of.a + c] + by[0] + by[1] + by[2]
@@ -188,7 +188,7 @@ class ImpactKernel:
         room[of.a + row] = self.put["v_n"].get()
 
     def in_space(self, row: Term, mu: Term, e: Term, law: Term) -> None:
-        """Routh's process in space: `v_n`, `v_t` and `v_b` after it, the impulses `p_n`, `way_a` and `way_b`."""
+        """Routh's method in space: sets `v_n`, `v_t` and `v_b` after the impact, and the impulses `p_n`, `way_a` and `way_b`."""
         w, of, put, turn = self.w, self.of, self.put, self.turning
         m, before = mobility(of, row), (of.room[of.a + row], of.room[of.a + row + 1], of.room[of.a + row + 2])
         det, trace = m.aa * m.bb - m.ab * m.ab, m.aa + m.bb
@@ -233,14 +233,14 @@ class ImpactKernel:
         self.way_b.put((m.aa * to_b - m.ab * to_a) / det)
 
     def along(self, m: Mobility, mu: Term) -> None:
-        """`slope` and `rate` of v_n and |v_t| of slip along the way at hand."""
+        """Sets `slope` to dv_n/dp and `rate` to d|v_t|/dp, for slip along (`way_a`, `way_b`)."""
         a, b = self.way_a.get(), self.way_b.get()
         coupling = m.na * a + m.nb * b
         self.put["slope"].put(m.nn - mu * coupling)
         self.put["rate"].put(coupling - mu * (a * (m.aa * a + m.ab * b) + b * (m.ab * a + m.bb * b)))
 
     def from_rest(self, m: Mobility, mu: Term, det: Term) -> None:
-        """`slope`, `rate` and the way of a contact without slip: it sticks, or slips on in the one direction that leads away."""
+        """Sets `slope`, `rate` and direction at v_t = 0: the contact sticks, or slips in the one direction in which |v_t| grows."""
         w, of, put = self.w, self.of, self.put
         q_a, q_b = (m.bb * m.na - m.ab * m.nb) / det, (m.aa * m.nb - m.ab * m.na) / det
         sticks = q_a * q_a + q_b * q_b <= mu * mu
@@ -271,7 +271,7 @@ class ImpactKernel:
         of.doubt(~(put["slope"].get() > m.nn * ROUNDED_SUM))
 
     def routh(self, row: Term, mu: Term, e: Term, law: Term) -> None:
-        """Routh's process in the plane: `v_n`, `v_t` after it and the normal impulse `p_n`."""
+        """Routh's method in the plane: sets `v_n`, `v_t` after the impact and the normal impulse `p_n`."""
         w, of = self.w, self.of
         room, kd = of.room, of.k * of.d
         nn, nt, tt = (room[of.W + (row + a) * kd + row + b] for a, b in ((0, 0), (0, 1), (1, 1)))
@@ -307,7 +307,7 @@ class ImpactKernel:
             of.doubt(ended.get() < 1)
 
     def straight(self, e: Term, law: Term, before: Term) -> None:
-        """On a piece with constant rates, at most as long as `length`; `ended` where the impact ends there."""
+        """Follows a piece with constant rates, of at most the impulse `length`; sets `ended` if the impact ends on it."""
         w, put = self.w, self.put
         again = self.of.changed
         again.put(1)
@@ -335,7 +335,7 @@ class ImpactKernel:
                 again.put(1)
 
     def impulse_left(self, e: Term, law: Term, before: Term) -> None:
-        """`left`: the impulse until compression or restitution ends, where v_n has a constant slope."""
+        """Sets `left` to the impulse until compression or restitution ends, for constant dv_n/dp."""
         w, put = self.w, self.put
         v, slope = put["v_n"].get(), put["slope"].get()
         linear = (self.compressed.get() < 1) | law.equals(_NEWTON)

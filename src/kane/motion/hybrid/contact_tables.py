@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the kernel that leads from mode to mode of contacts is told of them, and of each mode that it may go over to."""
+"""Arguments of the automaton's kernel: tables of the contacts, and of each mode that it may enter."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -21,17 +21,17 @@ from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.arrays import Array
 
 KNOWN = ("slack", "fastest", "highest", "rebound")
-"""What is known of each contact, a number each, as `kane.motion.contact_motion` has it."""
+"""Data of each contact, one number each, as in `kane.motion.contact_motion`."""
 MODES, ROWS = 32, 1024
-"""Modes that are known at once; modes until what went on is collected."""
+"""Largest number of modes with kernels; number of modes of a motion after which results are collected."""
 LIMIT = 10_000
-"""Steps of a mode after which it is none of the kernel's."""
+"""Largest number of steps of a mode in the kernel; Python runs longer modes."""
 _BEGIN = ("closes", "sticks")
-"""Events whose quantities may leave their thresholds upward where the mode begins."""
+"""Kinds of events whose quantities may leave their thresholds upward when the mode begins."""
 
 
 def end_of(contacts: Sequence[ContactLaw], event: Event) -> tuple[int, str] | None:
-    """The contact whose mode an event ends, and how; None of any other event."""
+    """The contact whose mode an event ends, and the kind of the event; None for other events."""
     for i, c in enumerate(contacts):
         name, _, kind = event.name.rpartition(" ")
         if name == c.name and kind in KINDS:
@@ -40,7 +40,7 @@ def end_of(contacts: Sequence[ContactLaw], event: Event) -> tuple[int, str] | No
 
 
 def code_of(modes: Modes) -> float:
-    """The number of a mode, by which the kernel finds it."""
+    """The number that identifies a mode in the kernel."""
     code = 0.0
     for m in modes:
         code = code * 5 + int(m)
@@ -48,7 +48,7 @@ def code_of(modes: Modes) -> float:
 
 
 def possible(contacts: Sequence[ContactLaw]) -> list[Modes]:
-    """The modes in which each contact holds by rows of its own."""
+    """The modes in which each closed contact has constraints of its own."""
 
     def alone(c: ContactLaw) -> list[ContactMode]:
         slips = [ContactMode.STRAIGHT, ContactMode.SLIP][: len(c.slips)]
@@ -64,13 +64,13 @@ def possible(contacts: Sequence[ContactLaw]) -> list[Modes]:
 
 
 def symbols(eom: Equations) -> list[list[Symbol | None]]:
-    """Of each contact the numbers in p that its mode sets: the direction of its slip, its slowest slip, its slack."""
+    """For each contact the parameters that its mode sets: direction of slip (d − 1, padded with None), slowest slip and slack."""
     d = eom.numeric().value(layout).d
     return [[*c.direction, *[None] * (d - 1 - len(c.direction)), c.slowest, c.slack] for c in eom.system.contacts]
 
 
 def numbers_of(eom: Equations, rows: Array) -> list[dict[Expr, float]]:
-    """The numbers of contacts in p that modes had, of each row of `records`."""
+    """The contact parameters, by symbol, of the mode of each row of `records`."""
     flat = [s for own in symbols(eom) for s in own]
     named = [(int(Record.MORE) + k, s) for k, s in enumerate(flat) if s is not None]
     own, table = [s for _, s in named], rows[:, [k for k, _ in named]].tolist()
@@ -78,7 +78,7 @@ def numbers_of(eom: Equations, rows: Array) -> list[dict[Expr, float]]:
 
 
 def structure(eom: Equations, most: int = ROWS) -> Given:
-    """Counts, where rows of contacts stand, what their laws are, and room, for `most` modes at once."""
+    """Arguments of the kernel: counts, indices of contact rows, laws of restitution, and work arrays for `most` modes per call."""
     where, contacts = eom.numeric().value(layout), eom.system.contacts
     derived, k, d, n = eom.numeric().value(touching), len(contacts), where.d, len(eom.state) + 1
     width, always = len(derived.blocks.forcing) + len(derived.blocks.forcing_a), len(where.always)
@@ -119,7 +119,7 @@ def row_of(k: int, d: int, n: int) -> int:
 
 
 def of_modes(given: Given, count: int) -> dict[str, Array]:
-    """The arrays with a part a mode, for so many of them."""
+    """The arrays with one part per mode, for `count` modes."""
     most, extra = given["event_count"], given["contacts"] * (given["dimension"] + 1)
     return {
         "ps": np.zeros((count, given["p_count"])),
@@ -132,7 +132,7 @@ def of_modes(given: Given, count: int) -> dict[str, Array]:
 
 
 def reach_of(mode: Equations) -> Array:
-    """How large entries of A become: where a mode begins one may be all but zero."""
+    """The largest magnitude in each column of A (speeds), a scale for entries that may be almost zero when a mode begins."""
     if mode.embedding is None:
         return np.zeros((0, len(mode.speeds)))
     reach: Array = np.abs(mode.derived.compared.a).max(axis=0)
@@ -140,7 +140,7 @@ def reach_of(mode: Equations) -> Array:
 
 
 def put_mode(arrays: dict[str, Array], m: int, eom: Equations, mode: Equations) -> None:
-    """What the events of a mode of `eom` mean, and where in its parameters the numbers of contacts stand."""
+    """Writes to part m the contact and kind of each event of a mode of `eom`, and the indices of contact parameters in its p."""
     own = {e.name for e in mode.system.events}
     for e, event in enumerate(mode.events):
         meant = end_of(eom.system.contacts, event)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Slip in space that turns while an impact lasts, in a kernel: see `kane.contacts.routh`.
+"""Slip in space with turning direction during an impact, in a kernel: see `kane.contacts.routh`.
 
-With dp = |v_t| ds the rates of y = (v_t, v_n, p, ∫ v_n dp) are regular, and ask for no more than a root:
+With dp = |v_t| ds the rates of y = (v_t, v_n, p, ∫ v_n dp) are regular, and cost no more than a square root:
 
     dv_t/ds = |v_t| W_tn − μ W_tt v_t,  dv_n/ds = |v_t| W_nn − μ W_nt·v_t,  dp/ds = |v_t|,  d(∫ v_n dp)/ds = |v_t| v_n.
 
-They are homogeneous in v_t, so the error of v_t is measured beside v_t itself.
+They are homogeneous in v_t, so the error of v_t is measured relative to |v_t|.
 """
 
 from typing import NamedTuple
@@ -17,18 +17,18 @@ from kane.program.kernel.writer import Term
 
 _COUNT = 5
 _LEVELS = 6
-"""Of the midpoint rule with 2, 4, … steps (Gragg 1965): order 12."""
+"""Number of extrapolated results of the midpoint rule with 2, 4, … steps (Gragg 1965): order 12."""
 _Y, _NEW, _OLD, _NEXT, _RATES, _TABLE = (k * _COUNT for k in range(6))
 ROOM = _TABLE + _LEVELS * _COUNT
-"""Doubles of the array `turning`."""
+"""Size, in doubles, of the array `turning`."""
 _TRIALS = 2000
 _STEPS, _LOCATES, _LAST = range(3)
-"""A step is tried; that part of it is sought at which a phase of the impact ends; it is found."""
+"""States: a step is tried; the part of it at which compression or restitution ends is sought; that part has been found."""
 _A, _B, _NORMAL, _IMPULSE, _WORK = range(5)
 
 
 class Mobility(NamedTuple):
-    """W of a contact by its rows n, a and b."""
+    """The entries of W (3 × 3) of a contact with normal n and tangents a and b."""
 
     nn: Term
     na: Term
@@ -39,14 +39,14 @@ class Mobility(NamedTuple):
 
 
 def mobility(of: Decisions, row: Term) -> Mobility:
-    """Of the contact whose normal has this row."""
+    """The mobility of the contact whose normal has this row."""
     at, kd = of.W + row * (of.k * of.d) + row, of.k * of.d
     places = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
     return Mobility(*(of.room[at + i * kd + j] for i, j in places))
 
 
 class TurningSlip:
-    """`y` is what an impact has come to, `ends` whether it ends there, `compressed` whether compression has; p and ∫ v_n dp then."""
+    """The state `y` of an impact; `ends`: it has ended; `compressed`: compression has, with p and ∫ v_n dp in `p_c` and `work_c`."""
 
     def __init__(self, of: Decisions) -> None:
         self.of, self.w = of, of.writer
@@ -65,9 +65,9 @@ class TurningSlip:
         return self.cells[_Y + k]
 
     def run(self, m: Mobility, mu: Term, e: Term, laws: tuple[Term, Term], v: tuple[Term, Term, Term]) -> None:
-        """From v = (v_n, v_t) on, v_t ≠ 0, up to the end or to where slip is nothing or straight.
+        """Integrates from v = (v_n, v_t), v_t ≠ 0, until the impact ends, slip vanishes, or its direction is constant.
 
-        `laws` are whether it is Newton's, and whether it is Poisson's.
+        `laws` are two flags, for Newton's and for Poisson's law.
         """
         w, of = self.w, self.of
         for k, x in enumerate((v[1], v[2], v[0], w.constant(0.0), w.constant(0.0))):
@@ -99,12 +99,12 @@ class TurningSlip:
             of.doubt(self.trials.get() > _TRIALS)
 
     def slip(self, at: int) -> Term:
-        """|v_t|."""
+        """|v_t| of the y at an index of `turning`."""
         a, b = self.cells[at], self.cells[at + 1]
         return self.w.compute("sqrt", a * a + b * b)
 
     def rates(self, m: Mobility, mu: Term, at: int) -> None:
-        """dy/ds of the y that stands at a place."""
+        """Sets `_RATES` to dy/ds for the y at an index of `turning`."""
         y, (a, b, speed) = self.cells, (self.cells[at], self.cells[at + 1], self.slip(at))
         found = (
             speed * m.na - mu * (m.aa * a + m.ab * b),
@@ -117,7 +117,7 @@ class TurningSlip:
             y[_RATES + k] = x
 
     def extrapolate(self, m: Mobility, mu: Term) -> None:
-        """`_NEW` is y after a step `at`; the row before the last of the table the same with one order less."""
+        """Sets `_NEW` to y after a step of length `at`; the last row but one of the table has one extrapolation less."""
         w, y = self.w, self.cells
         with w.few(_LEVELS) as level:
             count = (level + 1) * 2
@@ -145,7 +145,7 @@ class TurningSlip:
             y[_NEW + k] = y[_TABLE + (_LEVELS - 1) * _COUNT + k]
 
     def judge(self, m: Mobility, e: Term, laws: tuple[Term, Term], before: Term) -> None:
-        """Whether a step is right, and whether a phase of the impact ends within it."""
+        """Accepts a step or halves it, by its error, and detects the end of compression or restitution within it."""
         w, of, y = self.w, self.of, self.cells
         speed = of.largest(self.first.get(), of.absolute(before))
         sizes = (self.slip(_NEW), self.slip(_NEW), speed, speed / m.nn, speed * speed / m.nn)
@@ -166,12 +166,12 @@ class TurningSlip:
                 self.high.put(self.step.get())
 
     def takes(self) -> None:
-        """y is the new one."""
+        """Accepts the new y."""
         for k in range(_COUNT):
             self.cells[_Y + k] = self.cells[_NEW + k]
 
     def missing(self, at: int, e: Term, laws: tuple[Term, Term], before: Term) -> Term:
-        """What is missing until the phase ends: negative before, in units of its own."""
+        """A function that is zero at the end of the present part, compression or restitution, and negative before."""
         newton, poisson = laws
         normal, impulse, work = (self.cells[at + k] for k in (_NORMAL, _IMPULSE, _WORK))
         stronge = work + e * e * self.work_c.get()
@@ -179,13 +179,13 @@ class TurningSlip:
         return self.w.select(self.compressed.get() < 1, normal, self.w.select(newton, normal + e * before, by_law))
 
     def slope(self, laws: tuple[Term, Term]) -> Term:
-        """The rate of what is missing."""
+        """The derivative of `missing` by s."""
         newton, poisson = laws
         normal, impulse, work = (self.cells[_RATES + k] for k in (_NORMAL, _IMPULSE, _WORK))
         return self.w.select((self.compressed.get() < 1) | newton, normal, self.w.select(poisson, impulse, work))
 
     def locate(self, m: Mobility, mu: Term, e: Term, laws: tuple[Term, Term], before: Term) -> None:
-        """Newton's method for the part of a step at which the phase ends, halves where that leaves the bracket."""
+        """Newton's method for the length of a step to the end of compression or restitution, with bisection outside the bracket."""
         w, of = self.w, self.of
         with w.when(self.does.get() > _LOCATES):
             self.does.put(_STEPS)
@@ -213,6 +213,6 @@ class TurningSlip:
                 self.does.put(_LAST)
 
     def finishes(self) -> None:
-        """The impact is over."""
+        """Ends the impact."""
         self.ends.put(1)
         self.goes.put(0)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events that a step meets: quantities looked at on the solver's interpolant, and located by the search that kernels have.
+"""Event location within a step in Python: quantities sampled on the dense output, and the kernels' search for crossings.
 
-A pivot of W need not change its sign where
-it vanishes (x² of u = x² x'): where it is smallest, it is compared with the largest that it has been. Where a quantity is at its
-threshold but for rounding, passages mean nothing: at a start the first derivative along the motion that is not zero says to which
-side it leaves.
+A pivot of W may vanish without a change of sign (x² of u = x² x'): its minimum is compared with its largest magnitude so far.
+Crossings of a quantity that is at its threshold up to rounding are meaningless: at a start, the first nonzero derivative along the
+motion determines the side to which it leaves.
 """
 
 import math
@@ -28,7 +27,7 @@ from kane.program.native.entry import CompiledKernel, Hook, aligned, doubles
 from kane.program.native.machine import Settings
 
 PARTS = 8
-"""In so many parts a step is looked at."""
+"""Number of parts into which a step is divided for samples."""
 _ENDLESS = 1e300
 
 Watch = Callable[[float, Array], Array]
@@ -36,7 +35,7 @@ Dense = Callable[[float], Array]
 
 
 class ThresholdReturn(SimulationError):
-    """The quantity of an `event` that was to leave its threshold goes back through it before a step shows it beyond."""
+    """The quantity of an `event`, expected to leave its threshold, crosses it backwards before a step shows it beyond."""
 
     def __init__(self, event: Event) -> None:
         super().__init__(
@@ -48,10 +47,10 @@ class ThresholdReturn(SimulationError):
 
 
 class StepSeen(NamedTuple):
-    """A step of some equations as events see it.
+    """Samples of the quantities of events along a step.
 
-    At its `times` (9) their quantities have `values` (9 × events), the sizes that they have had are the `largest`, and since the time
-    `since` no action was taken.
+    `values` (9 × events) are the quantities at `times` (9), s, `largest` (events) their largest magnitudes so far, and `since` the
+    time of the last action.
     """
 
     now: Routines
@@ -62,7 +61,7 @@ class StepSeen(NamedTuple):
 
 
 def events_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: float) -> tuple[list[Met], End | None]:
-    """The events that a step meets, up to one that ends the motion, which is to lead to `end`."""
+    """The events in a step, up to the first that ends or changes the motion, and the end that it causes; `end` is the final time."""
     now, times, values, largest, since = seen
     events, count = now.eom.events, len(now.eom.events)
     routine = now.routine(glance, *now.turning).flat
@@ -80,13 +79,13 @@ def events_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: f
 
 
 def still_there(fresh: Fresh, events: Sequence[Event], gaps: Array) -> Fresh:
-    """Those that have not left the bands about their thresholds, by the distances of all events after a step."""
+    """The departures of events still within the bands about their thresholds; `gaps` (events) are the distances after a step."""
     inside = {e.name: abs(gap) for e, gap in zip(events, gaps, strict=True) if e.name in fresh}
     return {name: leaves for name, leaves in fresh.items() if inside.get(name, np.inf) < leaves.band}
 
 
 def thresholds(events: Sequence[Event], largest: Array) -> Array:
-    """The thresholds of events; slips whose friction names none end at a share of the `largest` that they have been."""
+    """The thresholds (events); slip whose friction law specifies none ends at the fraction SLIPS of its `largest` speed."""
     slips = np.array([isinstance(e, SlipEnd) and e.by_share for e in events], dtype=bool)
     return np.where(slips, SLIPS * largest, [e.threshold for e in events])
 
@@ -100,11 +99,11 @@ def crossings(
     fresh: Fresh,
     steps: float = math.inf,
 ) -> list[Met]:
-    """The events that a step meets, in order of time, but for those that rest at their thresholds, which are warned of.
+    """The events in a step, in order of time; quantities that stay at their thresholds are omitted, with a warning.
 
-    `look` gives the events' quantities at a time, and the sizes of their terms; `values` (9 × events) are those at `times` (9), whose
-    first and last are the ends of the step; `least` are their thresholds. Those of `fresh`, by name, are at their thresholds at the
-    beginning; of so many `steps` the state holds rounding.
+    `look` returns quantities at a time, then magnitudes of their terms; `values` (9 × events) are quantities at `times` (9), from the
+    beginning to the end of the step; `least` (events) are thresholds. Events in `fresh`, by name, are at their thresholds at the
+    beginning; the state has accumulated the rounding errors of `steps` steps.
     """
     count, start, h = len(events), float(times[0]), float(times[-1] - times[0])
     kinds = np.zeros((count, KINDS))
@@ -142,34 +141,34 @@ def crossings(
                 f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "
                 f"rounding about t = {start:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes."
             )
-    # where kinematics end the state just before is meant: there the energy may be infinite
+    # at a kinematic singularity the energy may be infinite: the state just before is returned
     early = [SAME_TIME * isinstance(e, KinematicsEnd) for e in events]
     met = [(int(k), share) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
     return [(events[k], start + max(share - early[k], 0.0) * h) for k, share in met]
 
 
 def _returns(leaves: Leaves | None, beyond: Array) -> bool:
-    """Whether a quantity that is to leave its threshold to a side is never on it along a step."""
+    """Whether a quantity that should leave its threshold to a side is on the other side at all later samples of a step."""
     return leaves is not None and leaves.side != 0.0 and bool((leaves.side * beyond[1:] < 0.0).all())
 
 
 def steps_since(times: Array, since: float, end: float) -> float:
-    """Of how many steps like this one a motion to `end` is from a time on; without end for the shortest ones."""
+    """The number of steps of this length since the time `since`; infinite for the shortest steps of a motion to `end`."""
     h = float(times[-1] - times[0])
     return math.inf if h < NEAR_TIME * (end - since) else (float(times[0]) - since) / h + 2.0
 
 
 @cache
 def inspection() -> CompiledKernel:
-    """The search for events in a step, compiled."""
+    """The compiled search for events in a step."""
     return CompiledKernel(inspection_kernel(), Settings())
 
 
 def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | None:
-    """A time at which a switch stands otherwise than at both ends of a step, which it leads across; None where there is none.
+    """A time at which the sign of a switching quantity differs from that at both ends of a step; None if there is none.
 
-    `watch` gives the switches' quantities, `values` (k × switches) those at `times` (k). One that comes near its switch
-    between two times, and turns back, is looked for where it is smallest.
+    `watch` returns the quantities, `values` (k × switches) are those at `times` (k). Near a local minimum of a magnitude between two
+    times, the minimum is located.
     """
     found: list[float] = []
     for k in range(values.shape[1]):
@@ -193,7 +192,7 @@ def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | No
 
 
 def _valleys(size: Callable[[float], float], times: Array, sizes: Array) -> list[tuple[float, float]]:
-    """Between which times `size` is smallest, in comparison with what is beside."""
+    """Intervals of time that contain local minima of `size`."""
     found: list[tuple[int, int]] = []
     if sizes[0] <= sizes[1] and size(float(times[0] + LATER * (times[1] - times[0]))) < sizes[0]:
         found.append((0, 1))
@@ -207,7 +206,7 @@ def _valleys(size: Callable[[float], float], times: Array, sizes: Array) -> list
 def vanishing(
     events: Sequence[Event], watch: Watch, dense: Dense, times: Array, values: Array, largest: Array, rtol: float
 ) -> list[Met]:
-    """The pivots of W that vanish in a step where they are smallest; `largest` (events) holds the sizes that they have had."""
+    """The pivots of W that vanish in a step, at their minima; `largest` (events) are the largest magnitudes so far."""
     met: list[Met] = []
     gone = max(UNRELATED, LOOSE * rtol)
     for k, event in enumerate(events):
@@ -227,7 +226,7 @@ def vanishing(
 
 
 def _smallest(size: Callable[[float], float], start: float, end: float) -> float:
-    """Where `size` is smallest between two times."""
+    """The time between `start` and `end` at which `size` is smallest."""
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(size, bounds=(start, end), method="bounded", options={"xatol": 1e-7 * (end - start)})
