@@ -67,14 +67,14 @@ def by_kind(eom: Equations) -> dict[str, Array | int]:
 class Arguments:
     """The kernel's arguments by name, `given`, and the `hooks`, callbacks by which the kernel evaluates inputs in Python.
 
-    `now` are the equations to integrate from time t. The kernel reads and writes s (slots), y (state) and `lag` (its rounding error).
+    `now` are the equations to integrate from time t. The kernel reads and writes s (slots), y (state) and `lag` (rounding error of y).
     `fresh` are events at whose thresholds the motion begins. `self.now.p` is the kernel's own array, with the sides of switches.
     """
 
     def __init__(
         self, name: str, now: Routines, t: float, s: Array, y: Array, fresh: Fresh = MappingProxyType({})
     ) -> None:
-        p = np.append(now.p, [*now.numbers, 0.0])  # the last one says which dependent speeds are stepped
+        p = np.append(now.p, [*now.numbers, 0.0])  # the last entry is the number of the choice of dependent speeds
         now = replace(now, p=p[: len(now.p)])
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
@@ -138,7 +138,7 @@ class Arguments:
         here, own = self.y[:width], r[:-1]
 
         def drive(t: float, x: int, out: int) -> None:
-            try:  # rounding may lead beyond the end
+            try:  # rounding may place t beyond the end
                 fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
             except BaseException:
                 own[:] = np.nan

@@ -71,7 +71,7 @@ def _filled(matrix: Matrix) -> Pairs:
 
 def structure(eom: Equations, n: int) -> Given:
     """The arguments that depend on the structure of the constraints alone, for y of n components: counts, indices, work space."""
-    rows = [] if eom.embedding is None else sorted(eom.embedding.partition.rows)  # closures first
+    rows = [] if eom.embedding is None else sorted(eom.embedding.partition.rows)  # configuration constraints first
     places, turned = entries(eom), turns(eom)
     c, place = len(eom.system.holonomic), {q: i for i, q in enumerate(eom.coordinates)}
     spheres = [place[e] for s in eom.system.euler_parameters for e in s.coordinates]

@@ -153,7 +153,7 @@ def _met(every: Sequence[Equations]) -> dict[str, Event]:
     met = {e.name: e for one in every for e in one.events}
     if not every[0].system.contacts:
         return met
-    from kane.motion.contact_runner import rests  # takes its time to import
+    from kane.motion.contact_runner import rests  # slow to import
 
     return {e.name: e for e in map(rests, met.values())} | met
 

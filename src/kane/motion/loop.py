@@ -89,7 +89,7 @@ def run(
             if not pieces:
                 raise
             return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
-        except Interrupted:  # before its first step
+        except Interrupted:  # before the first step of the phase
             if not pieces:
                 raise KeyboardInterrupt from None
             return _stopped(pieces, f"{MESSAGE}{t:.6g}")
@@ -267,7 +267,7 @@ def admitted_start(stepper: Stepper, begin: Begin, constants: Mapping[Expr, floa
 
 
 def _at_start(drive: Any, t: float) -> float:
-    """The value of an input during assembly; 0 if it depends on the state, since such an input prescribes no motion."""
+    """The value of an input during assembly; 0 if it depends on the state or is sampled, since it then prescribes no motion."""
     return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
 
 

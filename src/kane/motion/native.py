@@ -37,7 +37,7 @@ from kane.progress import is_noted
 
 _PACE = (Slot.STEPS, Slot.SMOOTH, Slot.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
-"""Steps between tests for stiffness: it has set in if these shares of them are smooth, and are limited by stability."""
+"""Least number of steps between tests for stiffness, which has set in if these shares of them are smooth, and limited by stability."""
 _SOON = 25
 """Steps of an implicit method between tests whether it is still needed, at first and while it seems not to be."""
 LOOKS = 1000

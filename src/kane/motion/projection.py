@@ -314,7 +314,7 @@ _CLOSE = np.geomspace(1e-4, 0.1, 7)
 
 
 class RankHistory(NamedTuple):
-    """At times t (k): the balanced A (k × m × n), the `least` singular value of its rank, and the `share` of that in the largest.
+    """At times t (k): the balanced A (k × m × n), the `least` singular value of its rank, and its ratio `share` to the largest.
 
     `side` is the sign of the determinant of the dependent block, 0 if A is not finite.
     """

@@ -87,7 +87,7 @@ def _switches(eom: Equations, *laws: Expr) -> tuple[Switch, ...]:
 
 
 def turning(groups: Mapping[str, Sequence[Expr]]) -> tuple[Switch, ...]:
-    """Signs, comparisons and directions v/|v| that depend on the state, in expressions grouped by the name of a load."""
+    """Signs, comparisons and directions v/|v| that depend on the state, in expressions grouped by name of load or other owner."""
     found: dict[Expr, Switch] = {}
     for name, scalars in groups.items():
         for node in postorder(scalars):
@@ -455,7 +455,7 @@ def _jacobian_pattern(eom: Equations) -> Mask:
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     held: dict[Expr, int] = {}
     for node in postorder(roots):
-        own = place.get(node, 0)  # type: ignore[call-overload]  # most nodes are no symbols
+        own = place.get(node, 0)  # type: ignore[call-overload]  # most nodes are not symbols
         for part in node.args:
             own |= held[part]
         held[node] = own

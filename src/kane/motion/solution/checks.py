@@ -84,7 +84,7 @@ def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float, whole:
     drift = np.abs(change - work)
     allowed = ((1.0 if whole else _SHARP) * _limit(rtol) / 2) * np.maximum(
         kinetic, np.abs(change)
-    )  # halves, as two of them make a step of D
+    )  # half the limit, as a step of D has two ends
     return np.asarray((drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1))
 
 
@@ -253,7 +253,7 @@ def work_of(
 
 
 def _integral(t: Array, power: Array) -> Array:
-    from scipy.interpolate import CubicSpline  # takes its time to import
+    from scipy.interpolate import CubicSpline  # slow to import
 
     if len(t) < _LEAST:
         return np.append(0.0, np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t)))
