@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions: start, steps, projection, events, Solution."""
+"""Simulation of motions: integration with events, projection onto constraints and changes of mode, and the resulting Solution."""
 
 from kane.lazy_imports import offered
 

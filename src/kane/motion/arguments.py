@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a kernel is called with: state, right-hand side, inputs, events, samples."""
+"""The arguments of an integrator's kernel: state, right-hand side, Jacobian, inputs and events, as arrays and entry points."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,11 +21,11 @@ from kane.numeric.arrays import Array
 from kane.program.native.entry import Hook, aligned, doubles, entry, wide_entry
 
 Fill = Callable[[float, Array, Array], None]
-"""It writes the inputs at a time and state."""
+"""fill(t, x, r) writes the inputs at time t and state x = (q, u, a) to r."""
 
 
 def filling(now: Routines) -> Fill:
-    """What writes the inputs, in as little time as Python leaves beside the user's functions."""
+    """A function that writes the inputs, with little overhead; a control law is called once for all its inputs."""
     laws: dict[ControlLaw, list[tuple[int, int]]] = {}
     others: list[tuple[int, Callable[[Any], Any]]] = []
     written = any(isinstance(f, Formula) for f in now.drives)
@@ -53,28 +53,28 @@ def filling(now: Routines) -> Fill:
 
 
 def by_kind(eom: Equations) -> dict[str, Array | int]:
-    """`pairs`: the (i, j) of coordinates i whose rate is the speed at place j of the state; `free`: the places of the others."""
+    """`pairs` (i, j) of coordinates i whose rate is the speed at index j of the state; `free`, indices of the others; both counts."""
     place: dict[Expr, int] = {u: len(eom.coordinates) + k for k, u in enumerate(eom.speeds)}
     roots = without_unknowns(eom.solved, eom.right_hand_side)
     pairs = [(i, place[root]) for i, root in enumerate(roots[: len(eom.coordinates)]) if root in place]
     paired = {i for i, _ in pairs}
     free = [i for i in range(len(roots)) if i not in paired]
-    # one more, so that no array is empty
+    # padded by one entry, so that no array is empty
     arrays = {"pairs": np.array([*pairs, (0, 0)], dtype=float).reshape(-1), "free": np.array([*free, 0], dtype=float)}
     return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
 
 
 class Arguments:
-    """The arguments by name, as `given`, and the `hooks` through which Python is asked for inputs.
+    """The kernel's arguments by name, `given`, and the `hooks`, callbacks by which the kernel evaluates inputs in Python.
 
-    `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; events are `fresh` where the motion is at
-    their thresholds. The parameters of `now` are then those of the kernel, sides of switches among them.
+    `now` are the equations to integrate from time t. The kernel reads and writes s (slots), y (state) and `lag` (rounding error of y).
+    `fresh` are events at whose thresholds the motion begins. `self.now.p` is the kernel's own array, with the sides of switches.
     """
 
     def __init__(
         self, name: str, now: Routines, t: float, s: Array, y: Array, fresh: Fresh = MappingProxyType({})
     ) -> None:
-        p = np.append(now.p, [*now.numbers, 0.0])  # the last one says which dependent speeds are stepped
+        p = np.append(now.p, [*now.numbers, 0.0])  # the last entry is the number of the choice of dependent speeds
         now = replace(now, p=p[: len(now.p)])
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
@@ -107,13 +107,13 @@ class Arguments:
             self.given |= now.eom.numeric(now.settings).value(by_kind)
 
     def _driving(self, t: float) -> Given:
-        """r, and what gives it where an input is a function of time."""
+        """The array r, and the routines that evaluate it; `driven` is 0 for constants, 2 for expressions of the state, else 1."""
         now, width = self.now, self.integrator.width
         single = np.append(now.inputs(t, self.y), 0.0)
         r = single if width == 1 else np.repeat(single, width)
         none, at = entry(now.rates), (t, self.y, r[: len(now.drives)])
         inputs: Given = {"r": r, "single_r": single, "driven": 0, **now.hoisted("hd", now.rates, *at)}
-        if all(constant(f) is not None or isinstance(f, HeldInput) for f in now.drives):  # numbers up to breakpoints
+        if all(constant(f) is not None or isinstance(f, HeldInput) for f in now.drives):  # constant between breakpoints
             return inputs | {"drive": none, "single_drive": none}
         if self.law is None:
             hook = self._hook(single)
@@ -124,7 +124,7 @@ class Arguments:
         return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
 
     def hold(self) -> None:
-        """What sampled controllers have given last."""
+        """Writes the latest values of sampled controllers to r."""
         width = self.integrator.width
         for k, one in self.controlled:
             value = one.now
@@ -133,12 +133,12 @@ class Arguments:
                 self.given["single_r"][k] = value
 
     def _hook(self, r: Array) -> Hook:
-        """What asks Python for the inputs and writes them to r."""
+        """A callback that evaluates the inputs in Python and writes them to r."""
         s, width, fill, follow = self.s, self.now.width, filling(self.now), following(self.now.drives)
         here, own = self.y[:width], r[:-1]
 
         def drive(t: float, x: int, out: int) -> None:
-            try:  # rounding may lead beyond the end
+            try:  # rounding may place t beyond the end
                 fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
             except BaseException:
                 own[:] = np.nan
@@ -147,7 +147,7 @@ class Arguments:
         return self.hooked(drive)
 
     def _slopes(self) -> Hook:
-        """What asks Python for J, of inputs that are its functions of the state."""
+        """A callback that evaluates J in Python, for inputs that are Python functions of the state."""
         s, width, j = self.s, self.now.width, exact(self.now)
 
         def slopes(t: float, x: int, out: int) -> None:
@@ -158,12 +158,12 @@ class Arguments:
         return self.hooked(slopes)
 
     def hooked(self, function: Callable[[float, int, int], None]) -> Hook:
-        """A function that a kernel calls; what it raises is kept for `check`."""
+        """A callback for kernels; an exception raised in it is stored for `check`."""
         self.hooks.append(Hook(function))
         return self.hooks[-1]
 
     def check(self) -> None:
-        """What went wrong in an input is raised."""
+        """Raises the exception that occurred in a callback, if any."""
         for hook in self.hooks:
             if hook.raised is not None:
                 raise hook.raised

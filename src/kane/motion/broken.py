@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Why a motion breaks off, in words: steps that are not found, constraints that are not held, loads that turn to and fro.
+"""Messages of motions that stop early: no step is short enough, constraints cannot be satisfied, loads chatter at a switch.
 
-A motion breaks off where a drive cannot hold its constraints any further, or where the equations are singular.
+Frequent causes are a drive that cannot satisfy its constraints beyond some time, and singular equations.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -33,7 +33,7 @@ NESTED = (
 def no_step(
     back: ReturnCode, fixed: float | None, stepper: Stepper, s: Array, y: Array, span: tuple[float, float]
 ) -> str:
-    """Why there is no step from the time in `s` and the state y; `fixed` is its length where all have one."""
+    """Why a kernel finds no step from the time in `s` and the state y; `fixed` is the length of fixed steps, else None."""
     t, now = float(s[Slot.TIME]), stepper.now
     if back is ReturnCode.UNDERFLOW and fixed:
         return f"a step of max_step={fixed:g} from t = {t:.6g} is not found by iteration: give a shorter one"
@@ -50,7 +50,7 @@ def no_step(
 
 
 def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
-    """What is not finite first, on the way on by ever longer steps."""
+    """The first value that is not finite after Euler steps of doubling length from y."""
     t, now = float(s[Slot.TIME]), stepper.now
     rate = stepper.rate(t, y)
     for k in range(_DOUBLINGS):
@@ -62,7 +62,7 @@ def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
 
 
 def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None, told: str) -> str:
-    """Why there is no step from y at t; `failure` is what the solver said, `told` which load stands at a switch."""
+    """Why a solver in Python finds no step from y at t; `failure` is its message, `told` that of `chattering`."""
     if failure == NESTED:
         return f"{failure} at t = {t:.6g}"
     if told:
@@ -77,7 +77,7 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
 
 
 def constraint_failure(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
-    """Why constraints hold up to y at t and not beyond, where one of them is `missed`."""
+    """Why constraints can be satisfied up to y at t but not beyond; `missed` is the violation as text."""
     return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
         f"the constraints cannot be kept beyond t = {t:.6g}: {missed} there, more than the tolerances leave open. They contradict "
         "each other from there on, or those that were redundant before hold something else: leave one out, or correct it"
@@ -85,7 +85,7 @@ def constraint_failure(stepper: Stepper, t: float, y: Array, span: tuple[float, 
 
 
 def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
-    """Which constraint a drive cannot hold beyond t, as no configuration near y closes it at `later`; "" without that evidence."""
+    """The constraint that a drive cannot satisfy beyond t, since no configuration near y satisfies it at time `later`; "" if none."""
     eom = stepper.eom
     driving = free_symbols(c.expr for c in eom.system.holonomic)
     if not any(s is time or input_of(s) is not None for s in driving):
@@ -111,11 +111,11 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
 
 
 def chattering(now: Routines, states: Collection[tuple[float, Array]], before: Sequence[tuple[float, Array]]) -> str:
-    """Which load turns to and fro at a switch by the last `states`, or stands at it, and what to do; "" where none does.
+    """The load that chatters at a switch in the last `states`, or ends at its threshold, with advice; "" if there is none.
 
-    Sizes are compared with those at states `before`.
+    The final value is compared with the largest one, at the earlier states `before` too.
     """
-    ends = {friction_name(c) for c in now.eom.system.contacts}  # before |v| is zero, by an event that is near it
+    ends = {friction_name(c) for c in now.eom.system.contacts}  # slip ends by an event just before |v| = 0
     found = [s for s in switches(now.eom, now.laws) if s.jumps or s.load not in ends]
     if not found or not states:
         return ""
@@ -134,7 +134,7 @@ def chattering(now: Routines, states: Collection[tuple[float, Array]], before: S
 
 
 def standing(now: Routines, quantities: Sequence[Expr]) -> str:
-    """What is said of a load that stands at a switch of one of some quantities."""
+    """The message on a load with a switch in one of `quantities`, on no side of which the motion continues."""
     found = [s for s in switches(now.eom, now.laws) if s.jumps]
     return _switch_message(
         next((s for s in found for c in quantities if c is s.quantity or c is neg(s.quantity)), found[0])

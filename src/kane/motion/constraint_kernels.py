@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Constraints of motions in machine code: what kernels are told of them, and the step that Python looks at because they ask.
+"""Constraints in kernels: the arguments with which a kernel satisfies them, and the decision on steps that it cannot decide.
 
-Kernels keep them and tell where they may be singular, may not be held, or need other dependent speeds (`steppers/held.py`); a step in
-doubt is judged here, as those of SciPy's solvers are.
+A kernel projects states by itself, and returns a step in which constraints may be singular or violated, or that needs other dependent
+speeds (`steppers/held.py`). Such a step is decided here, by the criteria that apply to SciPy's solvers too.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ Pairs = tuple[tuple[int, int], ...]
 
 
 def holding(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """f, the sizes of its terms, b, the cosines of the branches, and the entries of A and W that are not zero."""
+    """f, the sizes of its terms, b, the cosines of the closure branches, and the nonzero entries of A and W."""
     solved, memo = eom.solved, Sizes()
     f, d = [c.expr for c in eom.system.holonomic], solved.regular
     groups = {
@@ -55,12 +55,12 @@ def holding(eom: Equations) -> Bundle[tuple[Array, ...]]:
 
 
 def entries(eom: Equations) -> Pairs:
-    """The places of A at which it is not zero."""
+    """Indices (i, j) of the entries of A that are not identically zero."""
     return _filled(eom.solved.regular.A)
 
 
 def turns(eom: Equations) -> Pairs:
-    """Those of W, but for its columns beside the speeds."""
+    """Indices (i, j) of the entries of W that are not identically zero, in the columns of the speeds."""
     return tuple(place for place in _filled(eom.solved.regular.W) if place[1] < len(eom.speeds))
 
 
@@ -70,8 +70,8 @@ def _filled(matrix: Matrix) -> Pairs:
 
 
 def structure(eom: Equations, n: int) -> Given:
-    """What of the constraints is the same for all motions of n components: counts, where what stands, and room."""
-    rows = [] if eom.embedding is None else sorted(eom.embedding.partition.rows)  # closures first
+    """The arguments that depend on the structure of the constraints alone, for y of n components: counts, indices, work space."""
+    rows = [] if eom.embedding is None else sorted(eom.embedding.partition.rows)  # configuration constraints first
     places, turned = entries(eom), turns(eom)
     c, place = len(eom.system.holonomic), {q: i for i, q in enumerate(eom.coordinates)}
     spheres = [place[e] for s in eom.system.euler_parameters for e in s.coordinates]
@@ -84,7 +84,7 @@ def structure(eom: Equations, n: int) -> Given:
         "chosen_at": rows,
         "sphere_at": spheres,
     }
-    # one more, so that no array is empty
+    # padded by one entry, so that no array is empty
     arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
     lengths = {"weights": len(places), "reach": len(places), "row_sizes": len(eom.b), "column_sizes": len(eom.speeds)}
     arrays |= {name: np.zeros(count + 1) for name, count in lengths.items()}
@@ -93,7 +93,7 @@ def structure(eom: Equations, n: int) -> Given:
 
 
 def among(choices: Sequence[Partition], place: int) -> Given:
-    """The choices of dependent speeds, the first of which is `ready`; p has at a place which one is stepped."""
+    """The arguments for several choices of dependent speeds, of which only the first is compiled; p[place] is the one in use."""
     dependent = [j for choice in choices for j in sorted(choice.dependent)]
     ready = np.array([1.0] + [0.0] * (len(choices) - 1))
     return {
@@ -105,18 +105,18 @@ def among(choices: Sequence[Partition], place: int) -> Given:
 
 
 def holding_one(now: Routines, t: float, y: Array) -> Given:
-    """What a kernel is told of constraints that steps one choice of dependent speeds."""
+    """The arguments for constraints with one choice of dependent speeds."""
     routine, given = now.eom.numeric(now.settings).routine(holding).flat, structure(now.eom, len(y))
     given |= now.hoisted("held_h", routine, t, y, now.inputs(t, y)) | {"constraints": entry(routine)}
     return given | among(choices(now.eom)[:1], 0)
 
 
 _CHOICES = 6
-"""So many choices of dependent speeds are compared in a kernel at most."""
+"""Largest number of choices of dependent speeds that a kernel compares."""
 
 
 def choices(eom: Equations) -> tuple[Partition, ...]:
-    """All choices of dependent speeds of the same rows, the present one first; it alone where these are many."""
+    """All choices of dependent speeds for the same rows, the present one first; only that one if there are too many."""
     if eom.embedding is None:
         return ()
     own = eom.embedding.partition
@@ -125,25 +125,25 @@ def choices(eom: Equations) -> tuple[Partition, ...]:
 
 
 def alike(eom: Equations, other: Equations) -> bool:
-    """Whether constraints are the same numbers at the same places with other dependent speeds."""
+    """Whether A and W have the same nonzero entries with the dependent speeds of `other`, and no false poles."""
     return other.solved.twin is None and entries(other) == entries(eom) and turns(other) == turns(eom)
 
 
 def stepping(stepper: Stepper, choice: Partition) -> Routines:
-    """The routines that step a choice of dependent speeds."""
+    """The routines of the equations with a choice of dependent speeds."""
     now = stepper.now
     return stepped(stepper.numeric.value(repartition, choice), now.p, now.drives, now.settings)
 
 
 def wanted(eom: Equations) -> set[Partition]:
-    """The choices of dependent speeds that motions of the equations have wanted so far."""
+    """The choices of dependent speeds that motions of the equations have needed: a set stored with them, empty at first."""
     return set()
 
 
 class KernelConstraints:
-    """The constraints as a kernel takes them that has some `arguments`, and the choices of dependent speeds among which it chooses.
+    """The constraints of a kernel with given `arguments`, and the choices of dependent speeds between which it changes.
 
-    The present one is stepped first; the others are compiled when the kernel first wants them.
+    It begins with the present choice; others are compiled when the kernel first needs them.
     """
 
     def __init__(self, stepper: Stepper, arguments: Arguments, t: float, y: Array) -> None:
@@ -157,7 +157,7 @@ class KernelConstraints:
             self.choose_among()
 
     def choose_among(self) -> None:
-        """The kernel steps the choice that a number behind all parameters says."""
+        """Replaces the right-hand side by a selection: the last entry of p is the number of the choice in use."""
         given, count = self.arguments.given, len(self.choices)
         place = len(given["p"]) - 1
         self.rates = Selection(count, place, self.arguments.integrator.width, self.stepper.now.settings or Settings())
@@ -169,7 +169,7 @@ class KernelConstraints:
                 self.compile(k)
 
     def compile(self, k: int) -> None:
-        """The kth choice is compiled, or is none of this kernel's."""
+        """Compiles choice k; excludes it if that fails or if other arguments of the kernel would change."""
         stepper, now = self.stepper, self.arguments.now
         ready = self.given["held_ready"]
         ready[k] = -1.0
@@ -184,14 +184,14 @@ class KernelConstraints:
                 self.steppable[k], self.hoisted[k], ready[k] = plain, (found.rates, h), 1.0
 
     def completes(self, back: ReturnCode, s: Array) -> bool:
-        """Whether a kernel came back for a choice of dependent speeds that it does not have, which it is given."""
+        """Whether the kernel returned because it needs a choice that is not compiled; that choice is then compiled."""
         wants = back is ReturnCode.LOOK and s[Slot.HELD] == POORER and s[Slot.WORST] >= 0
         if wants:
             self.compile(int(s[Slot.WORST]))
         return bool(wants)
 
     def _is_alike(self, other: Routines) -> bool:
-        """Whether all that the kernel takes besides the rates is that of other dependent speeds, too."""
+        """Whether all arguments of the kernel except the rates are the same with the dependent speeds of `other`."""
         own = self.stepper.eom
         turning = zip(other.quantities, self.arguments.now.quantities, strict=False)
         same = len(other.quantities) == len(self.arguments.now.quantities) and all(a is b for a, b in turning)
@@ -201,19 +201,19 @@ class KernelConstraints:
         return same and alike(own, other.eom)
 
     def changes(self) -> list[tuple[float, Routines]]:
-        """When the kernel has gone over to other dependent speeds since it was last asked, and to which."""
+        """The changes of dependent speeds by the kernel since the last call: times, and the routines used from then on."""
         log = self.given["held_log"]
         rows = log[1 : 1 + 2 * int(log[0])].reshape(-1, 2).tolist()
         log[0] = 0.0
         return [(t, self.steppable[int(k)]) for t, k in rows]
 
     def restart(self, stepper: Stepper) -> None:
-        """Another motion begins, whose start is known."""
+        """Resets for another motion, that of `stepper`, whose start is known."""
         self.stepper, stepper.segments = stepper, []
         self.given["held_log"][0] = self.arguments.given["p"][-1] = 0.0
 
     def hoist(self) -> None:
-        """What is hoisted follows from the parameters as they are now."""
+        """Evaluates the hoisted operations anew, with the present parameters."""
         t, y = self.at
         now, eom = self.arguments.now, self.stepper.eom
         at = t, y[: now.width]
@@ -223,18 +223,18 @@ class KernelConstraints:
         self.given["held_h"][:] = hoisted(routine, *at, now.p[: len(eom.parameters)], now.inputs(t, y))
 
     def begin(self, s: Array) -> None:
-        """What the kernel is told before its first step: it measures the constraints then."""
+        """Sets the sizes of A and resets the slots before the first step, in which the kernel measures the constraints."""
         self.given["held_reach"][:-1] = self.stepper.reach[self.rows, self.columns]
         s[[Slot.QUIET, Slot.CHOICE, Slot.MEASURED]] = 0.0
 
     def measure(self) -> None:
-        """The sizes that the kernel has seen entries of A have are known to Python, too."""
+        """Includes the largest entries of A that the kernel has encountered in `reach` of the stepper."""
         rows, columns, stepper = self.rows, self.columns, self.stepper
         stepper.reach[rows, columns] = np.maximum(stepper.reach[rows, columns], self.given["held_reach"][:-1])
         self.reach = stepper.reach
 
     def singular(self, dense: Dense, start: float, end: float, narrow: float, numbers: Numbers) -> StepVerdict:
-        """A step, measured before, that may lead where constraints are singular; none is made shorter than `narrow`."""
+        """The verdict on a measured step in which constraints may be singular; steps up to `narrow` long are not shortened."""
         stepper, long = self.stepper, end - start > narrow
         if not numbers.finite and long:
             return StepVerdict(Verdict.SHORTER)
@@ -243,12 +243,12 @@ class KernelConstraints:
         if not (stepper.jumped(numbers) or stepper.crosses(dense, start, end)):
             stepper.reach = self.reach
             return StepVerdict(Verdict.TAKEN)
-        # where speeds alone are poor others are taken, nearby: `settle`
+        # if only the choice of speeds is poor, a shorter step ends near by, where `settle` changes it
         lost = not long or stepper.crosses(dense, start, end, rank_alone=True)
         return StepVerdict(Verdict.SINGULAR if lost else Verdict.SHORTER)
 
     def _poor(self, numbers: Numbers) -> bool:
-        """Whether dependent speeds hardly follow, and no others do better."""
+        """Whether the dependent speeds are poorly determined, and no other choice is better."""
         stepper = self.stepper
         embedding = stepper.eom.embedding
         whole = embedding is not None and len(embedding.partition.dependent) == len(stepper.eom.speeds)

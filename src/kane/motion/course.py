@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion on its way over a span, and what steps it: one loop over the steps that a solver finds.
+"""The integration of a motion over a span: a loop over the steps of a solver, with the same checks for all solvers.
 
-A solver (`Solver`) is a kernel, which takes steps by itself as long as nothing is open (`native.py`), or one of SciPy's or SUNDIALS'
-(`solvers/`). What is open of a step, whether constraints hold and are regular there, which events it meets, is looked at here, alike
-for all; so are samples, the number of steps, the time by the clock, and which solver leads on.
+A `Solver` is a kernel, which takes many steps by itself and returns those that it cannot decide (`native.py`), or a solver of SciPy or
+SUNDIALS (`solvers/`). A `Course` checks whether the constraints of a step are satisfied and regular, and locates its events; it also
+takes samples, limits the number of steps and the elapsed time, and changes from one solver to another.
 """
 
 import math
@@ -33,10 +33,10 @@ from kane.progress import MESSAGE
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A solver of SciPy's or SUNDIALS' by name, its tolerances, how many steps, how long, where they end, and the `first` one.
+    """An integration method by name, its tolerances, limits of steps and of elapsed time, breakpoints, and the `first` step (s).
 
-    `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly. `free` says that the
-    method was not: then it may be left. `whole` is how many steps the motion has of which this is a part, 0 where it is all of it.
+    `bounded`: the user limited the number of steps, and slow progress does not stop the motion. `free`: the method is "auto", and may
+    be replaced. `whole`: the limit of steps of the whole motion if this is for a part of it, else 0.
     """
 
     name: str
@@ -52,24 +52,24 @@ class Method:
     whole: int = 0
 
     def after(self, steps: int) -> "Method":
-        """It after so many steps of the motion."""
+        """The method for the rest of a motion of which so many steps were taken."""
         return replace(self, max_steps=max(self.max_steps - steps, 0), whole=self.whole or self.max_steps)
 
     def spent(self, t: float) -> str:
-        """What is said where no step is left at t."""
+        """The message if no step is left at t."""
         return f"{self.whole or self.max_steps} steps were not enough; at t = {t:.6g}"
 
 
 RECENT = 200
-"""Steps that are looked back on."""
+"""Number of recent steps that are examined for chattering."""
 HELD = 1e-5
-"""Share of the span that so many steps must lead on, at least, where a switch turns to and fro."""
+"""Share of the span by which these steps must advance, or a switch that changes sides repeatedly is reported."""
 MANY_STEPS, _LEAST = 10_000, 1e-4
-"""After so many steps that led on by less than that share of the span a motion is given up."""
+"""A motion is stopped if so many steps advance by less than that share of the span."""
 
 
 class Pace:
-    """How a motion gets on: the last states and when they were reached, by steps and by the clock."""
+    """The progress of a motion: recent `states` (t, y), some earlier ones `before`, steps taken, and elapsed time."""
 
     def __init__(self, span: tuple[float, float], max_seconds: float, bounded: bool) -> None:
         self.length, self.end, self.bounded, self.max_seconds = span[1] - span[0], span[1], bounded, max_seconds
@@ -80,20 +80,20 @@ class Pace:
         self.mark, self.marked = span[0], 0
 
     def note(self, t: float, y: Array) -> None:
-        """A state that was gone on from."""
+        """Records an accepted state."""
         self.states.append((t, y))
         if self.noted % RECENT == 0 and len(self.before) < RECENT:
             self.before.append((t, y))
         self.noted += 1
 
     def anew(self, t: float, steps: int, first: tuple[float, Array]) -> None:
-        """Another solver leads on from t after so many steps; sizes at switches are compared with those at the `first` state, too."""
+        """Restarts at t, after so many steps, for another solver; sizes at switches are compared with those at `first` (t, y) too."""
         self.length, self.mark, self.marked, self.noted = self.end - t, t, steps, 0
         self.states.clear()
         self.before = [first]
 
     def chatters(self, now: Routines, steps: int) -> str:
-        """That a load turns to and fro at a switch by the states noted after so many steps, in words; "" where none does."""
+        """A message on a load that chatters at a switch in the states recorded by this number of steps; "" if there is none."""
         if steps % RECENT or len(self.states) <= RECENT:
             return ""
         t, since = self.states[-1][0], self.states[0][0]
@@ -105,13 +105,13 @@ class Pace:
         )
 
     def late(self, t: float) -> str:
-        """That the time by the clock is over, in words; "" where it is not."""
+        """A message if the limit of elapsed time is exceeded, else ""."""
         if self.max_seconds < math.inf and time.monotonic() - self.begun > self.max_seconds:
             return f"max_seconds={self.max_seconds:g} have passed; at t = {t:.6g}"
         return ""
 
     def crawls(self, t: float, steps: int) -> str:
-        """That many steps led on by next to nothing, in words; "" where they did not, or their number was asked for."""
+        """A message if many steps advanced by almost nothing, else ""; always "" if the user limited the number of steps."""
         if self.bounded or steps - self.marked < MANY_STEPS:
             return ""
         gained, self.mark, self.marked = t - self.mark, t, steps
@@ -124,7 +124,7 @@ class Pace:
 
 
 class Verdict(Enum):
-    """What becomes of a step that has been inspected."""
+    """The decision on an inspected step."""
 
     TAKEN = "taken"
     SHORTER = "taken again, shorter"
@@ -135,7 +135,7 @@ class Verdict(Enum):
 
 
 class StepVerdict(NamedTuple):
-    """The verdict on a step; `t` is how long it is then, 0 where that is not said, `message` what was found."""
+    """The verdict on a step, the length `t` of a shorter one (s; 0 if unspecified), and a message on what was found."""
 
     verdict: Verdict
     t: float = 0.0
@@ -143,10 +143,10 @@ class StepVerdict(NamedTuple):
 
 
 class StepFound(NamedTuple):
-    """A step from t to an `end` that a solver has found and not gone on from.
+    """A step from t to `end` that a solver proposes and has not accepted yet.
 
-    Of it is open whether its constraints are `held`, and which events are `met`. `dense` gives the state at a time (n), or states at
-    times (n × k); `first` and `last` are those at its ends.
+    `held`: its constraints are to be checked; `met`: its events are to be located. `dense` returns the state at a time (n), or states
+    at times (n × k); `first` and `last` are the states at its ends.
     """
 
     t: float
@@ -159,16 +159,16 @@ class StepFound(NamedTuple):
 
 
 Came = StepFound | End | str | None
-"""What a solver comes back with: a step of which something is open, the end, why there is no step, or nothing to be looked at."""
+"""What a solver returns: a step to be checked, the end of the motion, a message why there is no step, or None if all was decided."""
 
 
 Counts = tuple[int, int]
 
 
 class Solver(Protocol):
-    """What steps a motion. One that goes on `by_itself` takes samples, and goes on from steps in which nothing is found.
+    """An integrator of a motion. One that works `by_itself` takes samples, and accepts steps that need no check.
 
-    `ahead` is where equations were seen to be singular on the way, infinite where they were not.
+    `ahead` is the time of a singularity of the equations detected ahead of the motion, infinite if there is none.
     """
 
     by_itself: bool
@@ -176,41 +176,41 @@ class Solver(Protocol):
 
     @property
     def at(self) -> tuple[float, Array]:
-        """Up to when the motion is stepped, and the state there."""
+        """The time up to which the motion is integrated, and the state there."""
 
     @property
     def reached(self) -> tuple[float, Array]:
-        """The last time and state that were gone on from."""
+        """The last accepted time and state."""
 
     @property
     def counts(self) -> Counts:
-        """Steps that it has tried or taken, and evaluations of the right-hand side; those of all stages at once are one."""
+        """Steps tried or taken, and evaluations of the right-hand side; an evaluation of all stages at once counts as one."""
 
     def step(self, most: int) -> Came:
-        """A step, or at most so many."""
+        """Takes a step, or up to `most` steps."""
 
     def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
-        """Whether a step that keeps its constraints is one: constraints may be singular there, or loads switch and switch back."""
+        """The verdict on a step that satisfies its constraints, in which these may be singular, or loads switch and switch back."""
 
     def seen(self, step: StepFound, kept: Array) -> StepSeen:
-        """What events see of a step that ends at a state on its constraints."""
+        """The quantities of events along a step that ends at the projected state `kept`."""
 
     def shorten(self, step: StepFound, length: float) -> None:
-        """The step is taken again, of that length; half as long where none is given, with what lies at its end in mind."""
+        """Rejects the step; the next one has this length, or if it is 0 half that of the step."""
 
     def avoid(self, step: StepFound, t: float) -> None:
-        """The step is not gone on from, as equations are singular at t."""
+        """Rejects the step because the equations are singular at t."""
 
     def go_on(self, step: StepFound, kept: Array, numbers: Numbers | None) -> None:
-        """What was open is not: the step is gone on from, from the state on its constraints."""
+        """Accepts the step; the motion continues from the projected state `kept`."""
 
 
 class Course:
-    """A motion on its way over `span`: `advance()` until it gives an End.
+    """The integration of a motion over `span`: call `advance()` until it returns an End.
 
-    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met, `jumps` the
-    samples with which phases begin, by which events, and from which state. `fresh` are those at whose thresholds it begins.
-    `made` gives a solver for the course by its method's name, at a time and state; an action was taken so long `since`.
+    `t` and `rows` are the samples: times, and pairs of y and the equations valid there. `events` are pairs of an event and its time;
+    `jumps` are, per phase, the index of its first sample, the events that caused it, and the state before. The motion begins at the
+    thresholds of the events `fresh`. `made(course, method, t, y)` returns a solver; `since` is the time from the last action (s).
     """
 
     def __init__(
@@ -229,13 +229,13 @@ class Course:
         self.fresh, self.made = fresh, made
         self.t = [span[0]]
         reach = stepper.reach
-        # the start is on the constraints: what is left of them is rounding, and nothing of it counts
+        # the start is already on the constraints: the sample must not change the sizes of A
         self.rows: list[tuple[Array, Equations]] = [(start.copy(), stepper.sample(span[0], start)[1])]
         stepper.reach = reach
         self.events: list[tuple[Event, float]] = []
         self.jumps: list[tuple[int, tuple[Event, ...], Array]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)
-        self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
+        self.pace.before.append((span[0], start.copy()))  # a reference for the sizes of quantities at switches
         self.names, self.counted = {method.name: None}, (0, 0)
         self.back: Callable[[float, Array], Solver] | None = None
         self.solver: Solver
@@ -243,12 +243,12 @@ class Course:
 
     @property
     def name(self) -> str:
-        """The method, with those that have led on from a place, or past one."""
+        """The names of the methods that were used, in order."""
         return ", ".join(self.names)
 
     @property
     def steps(self) -> int:
-        """Steps so far."""
+        """Number of steps so far."""
         return self.counts[0]
 
     @property
@@ -259,11 +259,11 @@ class Course:
         return sum(steps), sum(evaluations)
 
     def far(self) -> str:
-        """How far the motion is, in words."""
+        """The progress as text."""
         return f"t = {self.solver.at[0]:.4g} of {self.span[1]:.4g} s"
 
     def advance(self) -> End | None:
-        """A step, or as many as the solver takes by itself."""
+        """Takes a step, or as many as the solver takes by itself; returns the End of the motion, or None."""
         solver, steps, t = self.solver, self.steps, self.solver.at[0]
         most = self.method.max_steps - steps
         if most <= 0:
@@ -272,20 +272,20 @@ class Course:
         if told:
             return self.stopped(told)
         end = self.follow(solver.step(most))
-        if end is None and self.back is not None and solver is self.solver:  # which has stepped since it leads on
+        if end is None and self.back is not None and solver is self.solver:  # it has taken a step since it took over
             self._return(self.back)
         return end
 
     def follow(self, came: Came) -> End | None:
-        """What follows from that with which a solver came back."""
+        """Processes what a solver returned; the End of the motion, or None."""
         if isinstance(came, StepFound):
             return self.judge(came)
         return self.stopped(came) if isinstance(came, str) else came
 
     def judge(self, step: StepFound) -> End | None:
-        """What is open of a step is looked at; what is met is read off the states that are gone on from.
+        """Checks a proposed step; the End of the motion, or None.
 
-        So projection cannot hide it, nor make it be met twice.
+        Events are located between projected states, so that projection neither hides an event nor repeats it.
         """
         solver, kept, numbers = self.solver, step.last, None
         narrow = SAME_TIME * max(abs(step.end), self.span[1] - self.span[0])
@@ -308,22 +308,22 @@ class Course:
         if end is None:
             solver.go_on(step, kept, numbers)
         else:
-            self.counted = self.counted[0] + solver.by_itself, self.counted[1]  # others have counted it
+            self.counted = self.counted[0] + solver.by_itself, self.counted[1]  # a solver in Python has counted it
         return end
 
     def _inspect(self, step: StepFound, narrow: float) -> tuple[StepVerdict, Array, Numbers | None]:
-        """A step on the constraints; no step is made shorter than `narrow`."""
+        """The verdict on the constraints of a step, with its projected end; steps up to `narrow` long are not shortened."""
         stepper, solver, h = self.stepper, self.solver, step.end - step.t
         tolerances = self.method.rtol, self.method.atol
         bent = stepper.bent(step.dense, step.t, step.end, tolerances)
-        if bent is not None:  # closed in on from before, as no state beyond belongs to the motion
+        if bent is not None:  # approached from before, since states beyond are not of this motion
             ahead = bent.t - step.t
             shorter = StepVerdict(Verdict.SHORTER, min(0.9 * ahead, h / 2))
             return shorter if ahead > narrow else StepVerdict(Verdict.BENT, message=bent.message), step.last, None
         kept, numbers = stepper.keep(step.end, step.last)
         turned, missed = stepper.turned(numbers), stepper.missed(step.end, kept, numbers, tolerances)
         if (turned or missed) and h > narrow:
-            # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
+            # steps are halved until a state is near enough to the place for `settle` to detect it
             return StepVerdict(Verdict.SHORTER), kept, numbers
         if turned:
             return StepVerdict(Verdict.TURNED, message=turned), kept, numbers
@@ -332,7 +332,7 @@ class Course:
         return solver.singular(step, numbers, narrow), kept, numbers
 
     def _otherwise(self, step: StepFound, found: StepVerdict) -> End | None:
-        """What follows for a step that is not taken: it is taken otherwise, or the motion ends."""
+        """Rejects a step: it is repeated shorter or by another solver, or the motion ends."""
         if found.verdict is Verdict.SHORTER:
             self.solver.shorten(step, found.t)
             return None
@@ -346,22 +346,22 @@ class Course:
         return self.stopped(constraint_failure(self.stepper, step.t, step.first, self.span, found.message))
 
     def _meets(self, step: StepFound, kept: Array) -> tuple[list[tuple[Event, float]], End | None, float]:
-        """The events of a step, the end that they make, and when; without one, the beginning of the step."""
+        """The events of a step, the End that they cause, and its time, or without one the beginning of the step."""
         noted, end = events_along(self.solver.seen(step, kept), step.dense, self.fresh, self.method.rtol, self.span[1])
         return noted, end, step.t if end is None else next(t for event, t in noted if event.breaks)
 
     def _passes(self, end: End, t: float, dense: Callable[[float], Array]) -> bool:
-        """Whether the kinematics that end a motion at t are regular there with other dependent speeds."""
+        """Whether the singularity of kinematics that ends a motion at t is absent with other dependent speeds."""
         return isinstance(end.event, KinematicsEnd) and self.stepper.regular(t, dense(t)) is not None
 
     def hand_over(self, t: float, y: Array, name: str, back: Callable[[float, Array], Solver] | None) -> None:
-        """Another solver leads on; it gives `back` to the present one where constraints are regular again, if that is given."""
+        """Continues with another solver; `back`, if given, resumes the present one where constraints are regular again."""
         self.pace.anew(t, self.steps, (self.t[0], self.rows[0][0]))
         self.solver, self.back = self.made(self, name, t, y), back
         self.names[name] = None
 
     def _return(self, back: Callable[[float, Array], Solver]) -> None:
-        """Where constraints are regular again the solver before leads on."""
+        """Resumes the previous solver if the constraints are regular again."""
         solver, (t, y) = self.solver, self.solver.at
         if solver.ahead < math.inf or unheld(self.stepper) or not regular(self.stepper, self.stepper.keep(t, y)[1]):
             return
@@ -370,14 +370,14 @@ class Course:
         self.solver, self.back = back(t, y), None
 
     def sample(self, t: float, y: Array) -> None:
-        """A sample, moved onto the constraints."""
+        """Adds a sample, projected onto the constraints."""
         self.t.append(t)
         self.rows.append(self.stepper.sample(t, y))
 
     def noted(self, log: Array, jumps: Array, sample_to: Callable[[float], None]) -> None:
-        """What a kernel has noted: events (t, which one), and where they ended or changed the motion.
+        """Adds what a kernel has logged: events, rows (t, index), and the instants at which they ended or changed the motion.
 
-        Rows of `jumps` are t, up to which `sample_to` samples it, how many events were noted by then, the states before and after.
+        Rows of `jumps` are t, the number of events logged by then, the states before and after. `sample_to(t)` adds samples up to t.
         """
         met, done = [(self.stepper.eom.events[int(k)], float(t)) for t, k in log], 0
         self.events += met
@@ -393,7 +393,7 @@ class Course:
                 self.rows.append((after, self.stepper.eom))
 
     def end_of_span(self, *seen: Array) -> End:
-        """The end of the span, where rounding alone may lead across thresholds: from quantities that were looked at to those there."""
+        """The End at the end of the span. `seen`: event quantities when last examined and at the end; rounding may make them cross."""
         events, t = self.stepper.eom.events, self.span[1]
         near = SAME_TIME * (t - self.span[0]) + 4 * float(np.spacing(abs(t)))
         known = {event.name for event, at in self.events if at >= t - near}
@@ -403,19 +403,19 @@ class Course:
         return ended_by(up_to_a_break(met, 0.0)[1], met) or End("finished", f"reached t = {t:g}")
 
     def _sample_up_to(self, end: float, dense: Callable[[float], Array], ends: bool) -> None:
-        """The samples before `end`, by the states along a step, and the one there if the motion ends there."""
+        """Adds the samples of a step before `end`, by its dense output, and one at `end` if the motion ends there."""
         before = self.times[(self.times > self.t[-1]) & (self.times < end)]
         for t in [*before, *([end] if ends and end > self.t[-1] else [])]:
             self.sample(float(t), dense(float(t)))
 
     def stopped(self, message: str, at: tuple[float, Array] | None = None) -> End:
-        """What there is up to a time and state, those of the solver where none are given, is the motion."""
+        """Stops the motion at a time and state, by default those of the solver, with a message."""
         t, y = at or self.solver.at
         if t > self.t[-1] and np.all(np.isfinite(y)):
             self.sample(t, y)
         return End("stopped", message)
 
     def interrupted(self) -> End:
-        """Ctrl-C ends it after the last step that was gone on from."""
+        """Stops the motion after Ctrl-C, at the last accepted step."""
         self.stopped("", self.solver.reached)
         return End("stopped", f"{MESSAGE}{self.t[-1]:.6g}")

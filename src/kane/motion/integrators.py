@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Integrators as records of their options, which `simulate` and `prepare` take as `method=`.
 
-A record says no more than a name and keywords do: `options` are those keywords.
+A record is equivalent to the name of a method and keywords; `options` are these keywords.
 """
 
 from collections.abc import Mapping
@@ -193,12 +193,12 @@ class Cvode(AdaptiveStep):
 
 
 def spelled(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a motion with a record as `method` taken apart into a name and keywords.
+    """Options of a motion, with a record as `method` replaced by a name and keywords.
 
     Raises
     ------
     SimulationError
-        if an option stands in the record and beside it
+        if an option is given both in the record and as a keyword
     """
     own = dict(given)
     record = own["method"]

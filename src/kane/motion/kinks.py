@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Constraints that bend along a motion: a bead on y = |x| that comes to the corner.
+"""Constraints with corners along a motion, such as a bead on y = |x| that arrives at the corner.
 
-Beyond a switch of f or of A u + b the constraints may hold other positions or other velocities than those that the motion has. That is
-an impact, which a model of constraints says nothing of: the motion stops. Where it leads into the other side smoothly it goes on.
+Beyond a switch in f or in A u + b the constraints may require positions or velocities that differ from those of the motion. That is an
+impact, which constraints do not determine: the motion stops. Where positions and velocities stay continuous, it continues.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,27 +32,27 @@ from kane.program.native.compiled_routine import BundleRoutine
 
 Dense = Callable[[float | Array], Array]
 Given = Callable[[float], tuple[Array, Array]]
-"""Parameters and inputs at a time."""
+"""given(t) returns the values of parameters and inputs at time t."""
 
 _SLACK = 10.0
-"""Tolerances of speeds that are no miss."""
+"""Multiple of the tolerances of speeds within which a motion constraint counts as satisfied."""
 
 
 def bends(eom: Equations) -> tuple[SwitchedQuantity, ...]:
-    """The switches of the constraints."""
+    """The switches that occur in the constraints."""
     rows = eom.derived.constraints
     return switches((*(c.expr for c in eom.system.holonomic), *rows.a.entries, *rows.b))
 
 
 class ConstraintSwitches(NamedTuple):
-    """The quantities of `bends`, and the sizes of their terms."""
+    """The quantities of the switches in the constraints, and the sizes of their terms (switches each)."""
 
     quantities: Array
     sizes: Array
 
 
 def bending(eom: Equations) -> Bundle[ConstraintSwitches]:
-    """See `ConstraintSwitches`."""
+    """The routine of `ConstraintSwitches` as functions of the state."""
     roots, memo = without_unknowns(eom.solved, [s.quantity for s in bends(eom)]), Sizes()
     groups = {"quantities": roots, "sizes": [size(c, memo) for c in roots]}
     return Bundle("bends", ports(eom.derived), ConstraintSwitches, groups)
@@ -60,7 +60,7 @@ def bending(eom: Equations) -> Bundle[ConstraintSwitches]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kink:
-    """Where constraints bend next: the time on the interpolant, and what is to be said if the motion ends there."""
+    """A corner that the motion cannot pass: its time on the interpolant, and the message if the motion ends there."""
 
     t: float
     message: str
@@ -68,7 +68,7 @@ class Kink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinks:
-    """The switches of the constraints of equations, their quantities as one routine, and the constraints on every side."""
+    """The switches `found` in the constraints; `bending` evaluates their quantities, `table` the constraints on given sides."""
 
     eom: Equations
     found: tuple[SwitchedQuantity, ...]
@@ -76,7 +76,7 @@ class Kinks:
     table: SidedBundles
 
     def ahead(self, dense: Dense, start: float, end: float, given: Given, tolerances: Tolerances) -> Kink | None:
-        """The first place in a step at which the motion does not lead into the other side of a switch; None where there is none."""
+        """The first corner in a step across which positions or velocities would have to jump; None if there is none."""
         width = len(self.eom.state)
 
         def at(t: float) -> Array:
@@ -106,7 +106,7 @@ class Kinks:
         return None
 
     def check_start(self, t: float, x: Array, given: tuple[Array, Array], rates: Array) -> None:
-        """A motion does not begin on a corner, but at rest: the constraints allow other velocities on its sides."""
+        """A SimulationError if a motion that is not at rest begins on a corner whose sides allow different velocities."""
         own = self.bending(t, x, *given)
         signs = np.where(own.quantities < 0, -1.0, 1.0)
         for k in np.flatnonzero(np.abs(own.quantities) <= GONE * own.sizes).tolist() if rates.any() else ():
@@ -125,7 +125,7 @@ class Kinks:
     def _leap(
         self, t: float, x: Array, given: tuple[Array, Array], before: Array, after: Array, tolerances: Tolerances
     ) -> str:
-        """What would have to jump from one side to the other, in words; "" where nothing has to."""
+        """The message on what would have to jump from the sides `before` to those `after`; "" if nothing would."""
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
         here, there = (self._on(signs, t, x, given) for signs in (before, after))
         names = [c.name for c in self.eom.derived.constraints.constraints]
@@ -161,7 +161,7 @@ class Kinks:
         )
 
     def _node(self, name: str, turned: Sequence[SwitchedQuantity]) -> tuple[Expr, Expr]:
-        """The switch that stands in the constraint of that name, else the first."""
+        """The switch that occurs in the constraint of that name, else the first one, with its quantity."""
         own = [c.expr for c in self.eom.system.holonomic if c.name == name]
         nodes = set(postorder(own))
         pairs = [(node, s.quantity) for s in turned for node in s.nodes]
@@ -169,7 +169,7 @@ class Kinks:
 
 
 def kinks(numeric: Numeric[Equations]) -> Kinks | None:
-    """Those of the equations, None where their constraints hold no switch."""
+    """The switches in the constraints of the equations; None if there are none."""
     found = numeric.value(bends)
     if not found:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Solutions out of files, of the equations given, whose system must be the one that was simulated."""
+"""Reading solutions from files, for given equations, whose system must be the one that was simulated."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -25,7 +25,7 @@ from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.whole import path_of
 
 _APART = 1.0
-"""Tolerances by which the end of a motion that is taken once more may differ."""
+"""Multiple of the tolerances by which the end of the repeated motion may differ from that in the file."""
 
 
 def load_solution(path: Any, system: Equations | System) -> Solution:
@@ -66,7 +66,7 @@ def load_solution(path: Any, system: Equations | System) -> Solution:
 
 
 def _repeated(solution: Solution) -> Solution:
-    """It with what takes it once more, where numbers alone and the events of its equations say how it moves."""
+    """The solution with a function that repeats its motion, if its inputs are constants and its phases begin by events alone."""
     first, *others = solution.phases
     known = all(constant(f) is not None for f in first.inputs.values()) and all(phase.by for phase in others)
     if not known:
@@ -78,7 +78,7 @@ def _repeated(solution: Solution) -> Solution:
 
 
 def _with_stored_options(again: Callable[..., Any], solution: Solution, **more: Any) -> Any:
-    """The motion once more; the one in the file may have had options that are not kept there."""
+    """Repeats the motion; a SimulationError if it ends elsewhere, since a file does not store all options."""
     result = again(solution, **more)
     if "samples" not in more:
         return result
@@ -149,11 +149,11 @@ def _solution(found: Contents, eom: Equations) -> Solution:
 
 
 def _met(every: Sequence[Equations]) -> dict[str, Event]:
-    """The events of equations by name; of contacts those that say where rebounds are over, too."""
+    """The events of the equations by name; with contacts also the events at which rebounds end."""
     met = {e.name: e for one in every for e in one.events}
     if not every[0].system.contacts:
         return met
-    from kane.motion.contact_runner import rests  # takes its time to import
+    from kane.motion.contact_runner import rests  # slow to import
 
     return {e.name: e for e in map(rests, met.values())} | met
 
@@ -171,7 +171,7 @@ def _phases(found: Contents, eom: Equations, met: Mapping[str, Event]) -> tuple[
 
 
 def _inputs(found: Contents, eom: Equations, number: int) -> dict[Expr, Any]:
-    """The inputs of a phase: numbers as such, of functions the values at its samples."""
+    """The inputs of a phase: constants, and functions by their values at the samples."""
     at = found.arrays["phase"] == number
     t, given = found.arrays["t"][at], found.header["numbers"][number]
     return {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion phase by phase: integrated up to an event that changes it, and on from there with what has changed."""
+"""Motions of several phases: integrate up to an event with an action, apply the action, and continue with the new values."""
 
 import math
 import time
@@ -59,11 +59,11 @@ from kane.progress import MESSAGE, Interrupted, far, is_noted
 
 MOST_STEPS = 1_000_000
 _ASKED = 1025
-"""At so many times of a span a function of the user's is asked for pulses."""
+"""Number of times in a span at which a user's function is evaluated in search of pulses."""
 STEPS_ASKED = 256
-"""As many steps at least, where such a function names no breakpoints."""
+"""Least number of steps over the span if such a function is an input and no breakpoints are given."""
 _TIMES = 3
-"""How many phases in a row may be no longer than rounding of the time."""
+"""Number of successive phases, none longer than rounding of the time, after which a motion is stopped."""
 
 
 def run(
@@ -75,7 +75,7 @@ def run(
     bounds: Mapping[str, Any],
     times: Array,
 ) -> Solution:
-    """A motion from values of its parameters and its inputs, `given`, on."""
+    """The motion from `begin` over `span`, `given` the parameters' values and the inputs; errors after its first phase stop it."""
     method, phase, t = solver(options, bounds).after(begin.steps), Phase(*given), span[0]
     pieces: list[Solution] = []
     short, begun = 0, time.monotonic()
@@ -89,7 +89,7 @@ def run(
             if not pieces:
                 raise
             return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
-        except Interrupted:  # before its first step
+        except Interrupted:  # before the first step of the phase
             if not pieces:
                 raise KeyboardInterrupt from None
             return _stopped(pieces, f"{MESSAGE}{t:.6g}")
@@ -103,7 +103,7 @@ def run(
             after, met, by, leaving = after_actions(before, end.at_once, span[1])
         except KaneError as error:
             return _stopped(pieces, f"{_names(acting(end.at_once))} cannot act at t = {before.t:.9g}: {error}")
-        # what acts twice at one instant has no rate by which to leave
+        # events that act again at the same instant do not leave their thresholds
         again = short > 0 and before.t <= t and {e.name for e in end.at_once} <= {e.name for e in phase.by}
         if leaving is None or short >= _TIMES or again:
             return _stopped(pieces, _without_end(by, before.t, pieces))
@@ -119,7 +119,7 @@ def run(
 
 
 def whole(pieces: Sequence[Solution]) -> Solution:
-    """The motion that the phases make."""
+    """The phases joined to one solution."""
     made: Solution = joined(pieces) if len(pieces) > 1 else pieces[0]
     return made
 
@@ -129,7 +129,7 @@ def _names(events: Sequence[Event]) -> str:
 
 
 def _without_end(by: Sequence[Event], t: float, pieces: Sequence[Solution]) -> str:
-    """What is said of events that act ever faster."""
+    """The message on events that act infinitely often in finite time (Zeno)."""
     names = {e.name for e in by}
     count = sum(e.name in names for p in pieces for e, _ in p.events)
     return (
@@ -144,7 +144,7 @@ def _stopped(pieces: Sequence[Solution], message: str) -> Solution:
 
 
 def _last(piece: Solution, after: Instant, final: Event | None, end: float) -> Solution:
-    """The instant after the last actions as a motion of its own."""
+    """The instant after the last actions as a phase with one sample."""
     told = f"reached t = {end:g}" if final is None else piece.message
     if final is not None and not told:
         told = f"{final.name} at t = {after.t:.6g}: {final.message or 'terminal event'}"
@@ -175,11 +175,11 @@ def _phase(
     more: tuple[Array, Any, float],
     first: bool,
 ) -> tuple[Solution, End, Equations]:
-    """A phase of a motion, why it ended, the equations that hold there; `more`: times of samples, settings, when the clock began."""
+    """Integrates a phase: its solution, End, and final equations. `more`: sample times, settings, the clock's reading at the start."""
     times, settings, begun = more
     constants, drives = phase.parameters, phase.inputs
     stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
-    if eom.system.modes and eom.embedding is not None:  # where a mode begins an entry of A may be all but zero
+    if eom.system.modes and eom.embedding is not None:  # at the start of a mode an entry of A may be nearly zero
         stepper.reach = np.abs(eom.derived.compared.a).max(axis=0)
     start = admitted_start(stepper, begin, constants, span[0])
     if not first:
@@ -216,7 +216,7 @@ def continued(
     came: tuple[Given, Stiffness],
     begun: float,
 ) -> Solution:
-    """The rest of a motion of one phase whose kernel `came` back at its limit; `run` is its span, its start, times of samples."""
+    """The whole motion of one phase whose kernel returned at its limit with `came`; `run` is (span, start, sample times)."""
     course = Course(stepper, method, *run, solver_by)
     course.pace.begun = begun
     kernel = course.solver
@@ -226,17 +226,17 @@ def continued(
 
 
 def solver_by(course: Course, name: str, t: float, y: Array) -> Solver:
-    """What steps a course by a method from t and y on: a kernel, or one of the solvers in Python."""
+    """The solver of a course by a method, from y at t: a kernel, or a solver called from Python."""
     return KernelSolver(course, t, y) if name in INTEGRATORS else SolverInPython(course, name, t, y)
 
 
 def solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
-    """The method of the options, and its bounds, checked.
+    """The method and limits given by options, checked.
 
     Raises
     ------
     SimulationError
-        if one of them is not admissible
+        if an option is not admissible
     """
     most = bounds["max_steps"]
     return Method(
@@ -253,7 +253,7 @@ def solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
 
 
 def admitted_start(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
-    """The start, whole and admissible; sampled controllers have been asked there."""
+    """The initial y, assembled, projected and checked; sampled controllers are evaluated there."""
     drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
     given = {"parameters": dict(constants), "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
     first = (
@@ -267,14 +267,14 @@ def admitted_start(stepper: Stepper, begin: Begin, constants: Mapping[Expr, floa
 
 
 def _at_start(drive: Any, t: float) -> float:
-    """An input where the state is sought: what follows from the state moves nothing, and is left out."""
+    """The value of an input during assembly; 0 if it depends on the state or is sampled, since it then prescribes no motion."""
     return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
 
 
 def breakpoints_of(
     eom: Equations, phase: Phase, span: tuple[float, float], given: Sequence[float] = ()
 ) -> tuple[float, ...]:
-    """Those given, and those that rates and inputs of a phase are known to have within a span."""
+    """The given breakpoints, and those of the rates and inputs of a phase that are known, within the span; in order."""
     drives, constants = phase.inputs, phase.parameters
     own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
     own += [tuple(_asked_bumps(f, span)) for f in drives.values() if isinstance(f, Asked)]
@@ -283,7 +283,7 @@ def breakpoints_of(
 
 
 def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
-    """The pulses of a function of the user's."""
+    """The times of pulses of a user's function within the span."""
     found = bumps_of(lambda times: np.array([function(t) for t in times.tolist()]), span, _ASKED)
     return {t for t in found if span[0] < t < span[1]}
 
@@ -301,7 +301,7 @@ def _to_its_end(course: Course) -> End:
 
 
 def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:
-    """(q, u, a), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
+    """(q, u, a) at the start; with constraints, missing values are solved for (assembly); u = Y q̇ + z if rates are given."""
     q, u = begin.q, begin.u
     if eom.constraints.constraints or begin.rates is not None:
         try:
@@ -318,9 +318,9 @@ def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array
 
 
 def _admissible(stepper: Stepper, t0: float, y: Array, decided: bool = False) -> Array:
-    """The start moved onto the constraints; the model holds there, and the rates are finite.
+    """The start, projected onto the constraints; raises a SimulationError if the model is not valid or rates are not finite there.
 
-    Where it is `decided` that a contact presses, its force may be below zero by rounding.
+    If it is `decided` that a contact is closed, its force may be negative by rounding.
     """
     stepper.regularize(t0, y)
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which method runs a motion: in machine code where nothing has to be asked of Python between two steps.
+"""The choice of the integration method of a motion: in machine code if no step needs a decision in Python.
 
-What a motion asks for, and no kernel gives yet, is a row of a table: such motions are stepped by SciPy's solvers.
+Tables list the requirements of motions that kernels do not meet; motions with such requirements are integrated by SciPy's solvers.
 """
 
 import math
@@ -37,7 +37,7 @@ _known: WeakKeyDictionary[CompiledRoutine, frozenset[Op]] = WeakKeyDictionary()
 
 
 def operations(now: Routines) -> frozenset[Op]:
-    """Those of the rates, and of the inputs that follow from the state, between two switches that a kernel decides."""
+    """The operations in the rates and in inputs that depend on the state, with switches that a kernel decides on one side."""
     laws = [f.expr for f in now.drives if isinstance(f, Formula) and f.of_state]
     if has_jumps(now.eom, now.laws):
         return now.eom.numeric(now.settings).value(_on_one_side, *laws)
@@ -51,18 +51,18 @@ def _on_one_side(eom: Equations, *laws: Expr) -> frozenset[Op]:
 
 
 def cornered(now: Routines) -> bool:
-    """Whether the rates, or inputs that follow from the state, hold what bends or jumps."""
+    """Whether operations with corners or jumps occur in the rates, or in inputs that depend on the state."""
     return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now))
 
 
 def kernel_of(name: str, now: Routines, held: bool = False) -> CompiledKernel:
-    """The kernel of a method that motions of these equations need."""
+    """The kernel of a method for these equations: with constraints if `held`, with events, corners and switches if they have any."""
     watched, sided = now.events is not None, bool(now.quantities)
     return compiled(name, now.settings or Settings(), held, watched, cornered(now), sided)
 
 
 def of_time(now: Routines) -> bool:
-    """Whether rates, or inputs that are expressions, depend on time by itself: they may have no value behind the end of a motion."""
+    """Whether rates, or inputs that are expressions, depend explicitly on time, and may be undefined after the end of a motion."""
     program = now.rates.program
     told = {k for k, symbol in enumerate(program.inputs) if symbol is time}
     read = any(told.intersection(program.arguments(i)) for i in now.rates.routine.body)
@@ -70,17 +70,17 @@ def of_time(now: Routines) -> bool:
 
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
-"""SciPy's."""
+"""Solvers of SciPy."""
 AUTO = "auto"
 METHODS = (AUTO, *INTEGRATORS, *SOLVERS, CVODE)
 _WIDE, _NARROW, _LOOSE, _BENT = "gauss16", "vern9", "tsitpap8", "dop853"
-"""What it is in machine code: by rates on lanes; where the machine has few of them, the library is called lane by lane, or where slips
-end, behind which the nodes of a step would lie; the same at loose tolerances, where no rate depends on time, as one stage lies behind
-the step; where rates or inputs may have corners, which collocation's estimate does not see, and that of `_LOOSE` sees late."""
+"""The methods of "auto" in machine code. `_WIDE`: rates in lanes. `_NARROW`: few lanes, library calls lane by lane, or ends of slip,
+beyond which nodes of collocation would lie. `_LOOSE`: the same at loose tolerances if rates do not depend on time, as one stage lies
+beyond the step. `_BENT`: possible corners, which error estimates of collocation do not detect, and that of `_LOOSE` detects late."""
 _TIGHT = 1e-9
-"""The relative tolerance from which on `_NARROW` takes no more evaluations than `_LOOSE`."""
+"""The relative tolerance at and below which `_NARROW` takes no more evaluations than `_LOOSE`."""
 STIFF = "radau9"
-"""What leads on in machine code where equations are stiff."""
+"""The method in machine code for stiff equations."""
 _LANES = 4
 
 _NEEDS: tuple[tuple[Callable[[Equations, Sequence[Expr]], bool], Callable[[Integrator], bool], str], ...] = (
@@ -89,7 +89,7 @@ _NEEDS: tuple[tuple[Callable[[Equations, Sequence[Expr]], bool], Callable[[Integ
     (unfit, lambda by: False, "loads or inputs jump by tables of steps, or beside choices of pivots"),
     (lambda eom, laws: bool(eom.events), lambda by: by.watches, "events are watched"),
 )
-"""What equations want looked after between two steps, whether an integrator does, and in words."""
+"""Requirements of equations between two steps: whether they apply, whether an integrator meets them, and their text."""
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
     (
         lambda stepper, drives, by: bool(unheld(stepper)),
@@ -101,31 +101,31 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
         "inputs follow from the state of a large system",
     ),
 )
-"""What a motion wants besides, in words, and whether an integrator leaves it to Python."""
+"""Further requirements of a motion: whether an integrator leaves them to Python, and their text."""
 
 
 def needs(eom: Equations, by: Integrator, laws: Sequence[Expr] = ()) -> list[str]:
-    """What equations, and the laws of inputs, want looked after between two steps that an integrator does not, in words."""
+    """The requirements of equations, and of the `laws` of inputs, that an integrator does not meet, as texts."""
     return [text for wanted, done, text in _NEEDS if wanted(eom, laws) and not done(by)]
 
 
 def _left(stepper: Stepper, drives: Sequence[Any], by: Integrator) -> list[str]:
-    """What an integrator leaves to Python, in words."""
+    """All requirements of a motion that an integrator leaves to Python, as texts."""
     return needs(stepper.eom, by, stepper.now.laws) + [text for holds, text in _IN_PYTHON if holds(stepper, drives, by)]
 
 
 def _blind(stepper: Stepper, by: Integrator) -> bool:
-    """Whether derivatives are taken as products, which do not see what inputs change."""
+    """Whether J is evaluated as products with vectors, which omit the derivatives of inputs."""
     return by.implicit and is_long(stepper.now)
 
 
 def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, max_step: float) -> str:
-    """The method that runs.
+    """The name of the method that integrates a motion for which the user asked for `method`.
 
     Raises
     ------
     SimulationError
-        if it runs in machine code, and the motion asks for what only Python gives; if its steps are of one length that is not told
+        if it is in machine code and does not meet the requirements of the motion; if it has fixed steps and `max_step` is not given
     """
     native = _native(stepper, drives, rtol) if method == AUTO else method
     if native not in INTEGRATORS:
@@ -146,7 +146,7 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, ma
 
 
 def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
-    """The method that leads on where equations are stiff."""
+    """The method that continues a motion with "auto" if the equations are stiff."""
     return SLOW if _left(stepper, drives, INTEGRATORS[STIFF]) else STIFF
 
 
@@ -164,17 +164,17 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
 
 
 def side_by_side(method: str) -> str:
-    """The method for many instances in lanes, where "auto" takes `method` for one: an explicit one in place of collocation."""
+    """The method for many instances in lanes if "auto" takes `method` for one: an explicit one instead of collocation."""
     return _NARROW if method == _WIDE else method
 
 
 def has_lanes(settings: Settings) -> bool:
-    """Whether vectors of the processor have as many lanes as code on lanes needs to gain by them."""
+    """Whether the processor's vectors have enough lanes for code in lanes to be faster."""
     return target(settings.cpu, settings.features).lanes >= _LANES
 
 
 def check_method(method: Any) -> str:
-    """A method by its name."""
+    """The name of a method, checked."""
     if not isinstance(method, str) or method not in METHODS:
         raise SimulationError(f"Expected method to be one of {none_of(METHODS, method)}")
     if method == CVODE:

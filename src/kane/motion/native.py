@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
+"""The solver in machine code: the kernel of an integrator takes up to a thousand steps a call, and Python handles its returns."""
 
 import math
 from bisect import bisect_left, bisect_right
@@ -37,19 +37,19 @@ from kane.progress import is_noted
 
 _PACE = (Slot.STEPS, Slot.SMOOTH, Slot.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
-"""After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
+"""Least number of steps between tests for stiffness, which has set in if these shares of them are smooth, and limited by stability."""
 _SOON = 25
-"""Steps of an implicit method after which it is asked whether it is needed, as long as it may not be."""
+"""Steps of an implicit method between tests whether it is still needed, at first and while it seems not to be."""
 LOOKS = 1000
-"""After as many steps a motion comes back to Python, if not before."""
+"""Largest number of steps in one call of a kernel."""
 _CALM = 1.0
-"""h ρ(J) below which it is not."""
+"""h ρ(J) below which it is not needed."""
 _TWICE, _DOUBTED = 2, 4
-"""How often in a row that must be, the first time; and by how much more often each time after it."""
+"""Number of successive tests with this result after which the explicit method resumes; its factor each time thereafter."""
 
 
 class Stiffness:
-    """What a motion that chooses its method tells of its steps: `left` is the method that an implicit one has taken over from."""
+    """The detection of stiffness with method "auto", from the steps taken; `left` is the method that an implicit one has replaced."""
 
     def __init__(self, breakpoints: bool) -> None:
         self.left, self.breakpoints = "", breakpoints
@@ -58,11 +58,11 @@ class Stiffness:
 
     @property
     def limit(self) -> int:
-        """After how many steps to ask; beyond breakpoints there may be other equations."""
+        """Number of steps until the next test; smaller with breakpoints, beyond which equations may differ."""
         return self._wait if self.left else _MANY if self.breakpoints else LOOKS
 
     def sets_in(self, s: Array) -> bool:
-        """Whether steps since it was last asked were short for stability alone."""
+        """Whether the steps since the last test were limited by stability alone."""
         if self.left or s[Slot.STEPS] - self._seen[0] < _MANY:
             return False
         steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self._seen, strict=True))
@@ -70,11 +70,11 @@ class Stiffness:
         return bool(limited >= _LIMITED * steps and smooth >= _SMOOTH * steps)
 
     def leaves(self, method: str) -> None:
-        """An implicit method takes over."""
+        """Records that an implicit method replaces `method`."""
         self.left, self._wait, self._calm = method, _SOON, 0
 
     def is_over(self, now: Routines, t: float, y: Array, length: float) -> bool:
-        """Whether steps of the implicit method, which are of this length at y, would be stable in the other one for some time now."""
+        """Whether steps of the implicit method, of this length at y, would have been stable in the explicit one in enough tests."""
         fastest = np.abs(np.linalg.eigvals(exact(now)(t, y))).max(initial=0.0)
         calm = length * fastest < _CALM
         self._calm = self._calm + 1 if calm else 0
@@ -82,14 +82,14 @@ class Stiffness:
         return self._calm >= self._needed
 
     def comes_back(self, s: Array) -> str:
-        """The other method, which leads on again."""
+        """The explicit method, which resumes; the next return will need more tests."""
         method, self.left, self._needed = self.left, "", _DOUBTED * self._needed
         self._seen = s[[*_PACE]]
         return method
 
 
 def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers: Sequence[SampleAndHold]) -> Array:
-    """Of each breakpoint within a span (k) the time just after it, where steps from there end, whether a controller is asked (3 k)."""
+    """For each of k breakpoints in a span: the time just after it, the end of steps from there, whether a controller acts (3 k)."""
     found, instants = list[float](), {t for one in controllers for t in one.instants(span[1])}
     _, end = stretch(breakpoints, *span)
     while end < span[1]:
@@ -101,15 +101,15 @@ def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers:
 
 
 def first_slots(method: Method, span: tuple[float, float], t: float, end: float) -> tuple[float, ...]:
-    """What a kernel is told up to `Slot.FRESH` that sets out from t towards `end`, in a motion over `span`."""
+    """The slots up to `Slot.FRESH` for a kernel that integrates from t to `end`, in a motion over `span`."""
     first = method.first if t == span[0] else None
     length = method.max_step if INTEGRATORS[method.name].fixed else min(first or 0.0, end - t)
-    # beside t = 0 the shortest step is as short as rounding of the span's square allows
+    # near t = 0, where the spacing of times is small, the shortest step is EPS² of the span
     return t, 0.0, length, end, method.max_step, method.rtol, method.atol, EPS**2 * (span[1] - span[0]), 1.0
 
 
 class KernelSolver:
-    """A kernel that steps a course from t and y, and goes on by itself where nothing of a step is open."""
+    """The kernel that integrates a course from y at t; it accepts steps by itself unless they need a check in Python."""
 
     by_itself = True
     ahead = np.inf
@@ -119,7 +119,7 @@ class KernelSolver:
         self.times = np.append(course.times[course.times > t], np.inf)
         self.s = np.zeros(SIZE)
         self.s[Slot.SPAN], self.s[Slot.PHASE] = self.span[1] - self.span[0], self.span[0]
-        self.s[Slot.SINCE] = course.since  # the first step is no longer than some such intervals
+        self.s[Slot.SINCE] = course.since  # limits the first step to a few such intervals
         self.y, self.out = y.copy(), np.empty((len(self.times) - 1, len(y)))
         self.marks = np.zeros(len(self.times))
         self.stiffness = Stiffness(bool(course.method.breakpoints))
@@ -130,22 +130,22 @@ class KernelSolver:
 
     @property
     def method(self) -> str:
-        """The integrator."""
+        """The name of the integrator."""
         return self.course.method.name
 
     @property
     def t(self) -> float:
-        """Up to when the motion is stepped."""
+        """The time up to which the motion is integrated."""
         return float(self.s[Slot.TIME])
 
     @property
     def at(self) -> tuple[float, Array]:
-        """The same, and the state there."""
+        """That time, and the state there."""
         return self.t, self.y.copy()
 
     @property
     def reached(self) -> tuple[float, Array]:
-        """The same, with what was noted till then collected."""
+        """That time and state, after collecting the samples and events up to there."""
         self._collect()
         return self.at
 
@@ -155,7 +155,7 @@ class KernelSolver:
         return int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
 
     def _take_up(self, t: float) -> None:
-        """From the state at hand on, by the equations that are stepped now."""
+        """Binds the kernel of the present equations, to continue from the present state at t."""
         stepper = self.stepper
         self._note_fresh()
         now = on_their_sides(stepper.now)
@@ -173,7 +173,7 @@ class KernelSolver:
         self._begin(t)
 
     def _begin(self, t: float) -> None:
-        """From t on, up to just before the next breakpoint, as rates may jump there."""
+        """Sets the slots to integrate from t to just before the next breakpoint, where rates may jump."""
         t, end = stretch(self.course.method.breakpoints, t, self.span[1])
         self._control(t)
         self.s[: Slot.FRESH + 1] = first_slots(self.course.method, self.span, t, end)
@@ -181,27 +181,27 @@ class KernelSolver:
         self.s[Slot.SIDED] = self.s[Slot.TURNING] = 0.0
 
     def _control(self, t: float, x: int = 0, out: int = 0) -> None:
-        """Sampled controllers are asked, if their time has come."""
+        """Evaluates the sampled controllers that are due."""
         for one in self.controllers:
             one.due(t, self.y[: self.now.width])
         self.arguments.hold()
         self.s[Slot.STOPPED] = float(is_noted())
 
     def _pauses(self) -> Given:
-        """The breakpoints of the motion, and what a kernel asks there."""
+        """The kernel's arguments for breakpoints, with the callback to controllers there."""
         table = pauses(self.course.method.breakpoints, self.span, self.controllers)
         hook = self.arguments.hooked(self._control) if self.controllers else entry(self.now.rates)
         return {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
 
     def step(self, most: int) -> Came:
-        """Steps, at most so many, until something is open."""
+        """Takes up to `most` steps, until one needs a check."""
         limit = min(1 if self.looked else self.stiffness.limit, most)
         before, done = self.t, self.s[Slot.STEPS]
         back = ReturnCode(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
         return self._after(back, before, done)
 
     def take_over(self, given: Given, stiffness: Stiffness) -> Came:
-        """The motion goes on from where a kernel of the same equations, which was called with `given`, came back at its limit."""
+        """Continues from the arrays `given` of another kernel of the same equations, which returned at its limit of steps."""
         self.stiffness = stiffness
         for name, array in given.items():
             if isinstance(array, np.ndarray):
@@ -209,7 +209,7 @@ class KernelSolver:
         return self._after(ReturnCode.LIMIT, self.span[0], 0.0)
 
     def _after(self, back: ReturnCode, before: float, done: float) -> Came:
-        """What follows where the kernel has come `back`, which was called at the time `before` after so many steps."""
+        """Handles the return code `back` of a call that began at time `before`, after `done` steps."""
         self.arguments.check()
         self._collect()
         if back is ReturnCode.EVENT:
@@ -242,7 +242,7 @@ class KernelSolver:
         return None
 
     def _lead_on(self, back: ReturnCode, changed: bool) -> None:
-        """By other equations, where a switch has turned or other speeds are dependent, or beyond a breakpoint."""
+        """Continues with other equations if dependent speeds or rank have `changed`, or beyond a breakpoint."""
         t = on_from(float(self.s[Slot.END])) if back is ReturnCode.END else float(self.s[Slot.TIME])
         if changed and unheld(self.stepper):
             self._hand_over(t)
@@ -251,11 +251,11 @@ class KernelSolver:
             self._take_up(t)
         elif back is ReturnCode.END:
             self._begin(t)
-        if back is ReturnCode.END:  # stiffness that showed in steps up to a breakpoint counts beyond it
+        if back is ReturnCode.END:  # stiffness detected up to a breakpoint counts beyond it
             self._stiff()
 
     def _stiff(self) -> bool:
-        """Whether the steps of "auto" are short for stability alone: then an implicit method leads on."""
+        """Whether the steps of "auto" are limited by stability alone; then changes to an implicit method."""
         if not self.course.method.free or not self.stiffness.sets_in(self.s) or self.s[Slot.TIME] >= self.span[1]:
             return False
         name = implicit(self.stepper, self.stepper.now.drives)
@@ -270,7 +270,7 @@ class KernelSolver:
         return True
 
     def _eased(self, back: ReturnCode, before: float, done: float) -> bool:
-        """Whether the implicit method that leads on since `_stiff` is needed no more: then the other one leads on again."""
+        """Whether the implicit method chosen by `_stiff` is no longer needed; then changes back to the explicit one."""
         t, steps = float(self.s[Slot.TIME]), self.s[Slot.STEPS] - done
         if not self.stiffness.left or back is not ReturnCode.LIMIT or self.looked or steps < 1:
             return False
@@ -287,13 +287,13 @@ class KernelSolver:
         self.stepper.changes.append((Event(name, ZERO, terminal=False, message=message), float(self.s[Slot.TIME])))
 
     def _go_over(self, t: float, name: str) -> None:
-        """Another method in machine code leads on from here."""
+        """Continues with another method in machine code."""
         self.course.method = replace(self.course.method, name=name, first=None)
         self.course.names[name] = None
         self._take_up(t)
 
     def _stalled(self, back: ReturnCode, before: float) -> str:
-        """That a motion stands at a switch of a load, in words; "" where it does not."""
+        """A message if the motion stalls at a switch of a load, else ""."""
         t = float(self.s[Slot.TIME])
         if not self.switching or back is ReturnCode.LOOK:
             return ""
@@ -307,7 +307,7 @@ class KernelSolver:
         return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
-        """The samples that were taken, changes of dependent speeds, and the events that were met, with what they did."""
+        """Collects the samples, changes of dependent speeds, and events with their actions that the kernel has logged."""
         for t, now in self.holding.changes() if self.holding is not None else ():
             self._sample_to(t)
             self.stepper.go_over(now, t)
@@ -320,12 +320,12 @@ class KernelSolver:
         self._sample_to(math.inf)
 
     def _note_fresh(self) -> None:
-        """The events at whose thresholds the motion is, as the kernel has it."""
+        """Passes the kernel's record of events at whose thresholds the motion is to the course."""
         if "leaves" in self.given:
             self.course.fresh = leaving(self.given, self.arguments.now.eom.events)
 
     def _sample_to(self, end: float) -> None:
-        """The samples that were taken before a time; one beside a doubtful state is moved onto the constraints once more."""
+        """Adds the kernel's samples before a time to the course; those marked as near a doubtful state are projected again."""
         course, times = self.course, self.times[self.cursor : int(self.s[Slot.SAMPLE])]
         last = self.cursor + int(np.searchsorted(times, end))
         first = self.cursor + int(np.searchsorted(times, course.t[-1], side="right"))  # beyond the instant of an event
@@ -344,10 +344,10 @@ class KernelSolver:
                 course.t.append(t)
                 course.rows.append((y, self.stepper.eom))
 
-    # ------------------------------------------------------------------------------------------------ what is open
+    # ------------------------------------------------------------------------------------------------ steps to be checked
 
     def _step_for_python(self) -> StepFound | None:
-        """The step that is taken next, of which constraints are open, or events are."""
+        """The kernel's next step, whose constraints or events are to be checked; None if a missing choice of speeds was the cause."""
         s, holding = self.s, self.holding
         held = bool(s[Slot.HELD]) and not s[Slot.LOOKED]
         if held and holding is not None:
@@ -366,13 +366,13 @@ class KernelSolver:
         return StepFound(start, start + h, dense, self.y.copy(), dense(start + h), held, not held)
 
     def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
-        """Whether constraints are singular in a step, or dependent speeds hardly follow."""
+        """The verdict on a step in which constraints may be singular, or dependent speeds poorly determined."""
         assert self.holding is not None
         assert numbers is not None
         return self.holding.singular(step.dense, step.t, step.end, narrow, numbers)
 
     def seen(self, step: StepFound, kept: Array) -> StepSeen:
-        """What events see of a step, as the kernel has it at both ends."""
+        """The quantities of events along a step, by the kernel's values at both ends."""
         self._note_fresh()
         times = step.t + self._next() * np.array(SHARES)
         states = step.dense(times[1:]).T
@@ -382,29 +382,29 @@ class KernelSolver:
             states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
         count, own = int(self.given["events"]), len(self.stepper.eom.events)
         values = np.vstack([self.given["seen"][:count], self.now.watch_all(times[1:], states)])
-        # at the end as the kernel has it, which is what it keeps for the next step: rounding must lose no crossing
+        # at the end the kernel's values, with which it begins the next step: rounding must not hide a crossing
         values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
         largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))
         return StepSeen(self.now, times, values[:, :own], largest[:own], float(self.s[Slot.PHASE]))
 
     def shorten(self, step: StepFound, length: float) -> None:
-        """The step is taken again."""
+        """Repeats the step with this length, or if it is 0 with half its length."""
         self.looked, self.s[Slot.LOOKED] = False, 0.0
         self.s[Slot.STEP] = length or self._next() / 2
 
     def avoid(self, step: StepFound, t: float) -> None:
-        """SciPy's steps lead past the place."""
+        """Lets SciPy's solver integrate past the singularity at t."""
         if step.held:
             self.looked, self.s[Slot.LOOKED] = False, 0.0
         self._hand_over(step.t)
         self.course.solver.ahead = t
 
     def go_on(self, step: StepFound, kept: Array, numbers: Numbers | None) -> None:
-        """The kernel takes the step, which it looks at no more."""
+        """Lets the kernel take the step without the check that Python has made."""
         self.looked, self.s[Slot.LOOKED] = (True, 1.0) if step.held else (self.looked, 2.0)
 
     def _turning(self, back: ReturnCode) -> str | None:
-        """What follows where no side of a switch leads on: from the beginning, or where its quantity rests, SciPy's steps."""
+        """No side of a switch leads on: stops, or at the start, or if its quantity stays zero, changes to SciPy's solver for good."""
         if back is ReturnCode.STANDS and self.t > self.span[0]:
             which = self.now.quantities[int(self.s[Slot.WORST]) - len(self.stepper.eom.events)]
             return f"the motion does not get on beyond t = {self.t:.6g}: {standing(self.stepper.now, [which])}"
@@ -412,22 +412,22 @@ class KernelSolver:
         return None
 
     def _settled(self) -> bool:
-        """After a step that Python has looked at: whether other dependent speeds are stepped from there on, or rank is lost."""
+        """After a step checked in Python: projects the state, and returns whether dependent speeds or rank have changed there."""
         t, self.looked = float(self.s[Slot.TIME]), False
         kept, numbers = self.stepper.keep(t, self.y)
-        if self.s[Slot.HELD] > POORER:  # else the kernel has moved it there
+        if self.s[Slot.HELD] > POORER:  # otherwise the kernel has projected it
             self.given["lag"][kept != self.y] = 0.0
             self.y[:] = kept
         return self.stepper.settle(t, self.y, numbers)
 
     def _hand_over(self, t: float, name: str = STEPPED, for_good: bool = False) -> None:
-        """SciPy's steps lead on from here, past where constraints are singular, unless that is for good."""
+        """Continues with a solver of SciPy, `for_good` or until constraints are regular again."""
         self._note_fresh()
         self.course.method = replace(self.course.method, first=None)
         self.course.hand_over(t, self.y.copy(), name, None if for_good else self._resumed)
 
     def _resumed(self, t: float, y: Array) -> "KernelSolver":
-        """The kernel leads on again; what it had of events at their thresholds is of the past, the course knows better."""
+        """Resumes the kernel; its record of events at their thresholds is outdated, that of the course counts."""
         self.y[:] = y
         self.given.pop("leaves", None)
         self._take_up(t)
@@ -436,9 +436,9 @@ class KernelSolver:
         return self
 
     def _next(self) -> float:
-        """The length of the step that was looked at."""
+        """The length of the step that is checked."""
         s = self.s
         shortest = s[Slot.SHORTEST] + 10 * EPS * abs(s[Slot.TIME])
-        # `start + h` of a step that leads to the end that is aimed at may round to a time before it
+        # `start + h` of a step up to END may round to a time before END
         left = s[Slot.END] - s[Slot.TIME] - s[Slot.TIME_LAG]
         return float(min(max(s[Slot.STEP], shortest), s[Slot.LONGEST], left))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`prepare`: motions of the same equations over one span with the same options, each from a start and parameters of its own."""
+"""`prepare`: repeated motions of the same equations over one span with the same options, from different starts and parameters."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -82,7 +82,7 @@ class Prepared(Attributes):
     ----------
     equations : Equations
     span : (float, float)
-    in_one_call : whether a motion is one call of machine code, with nothing looked after between two steps
+    in_one_call : whether a motion is one call of machine code, without Python between steps
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Prepared(Attributes):
         states: Mapping[Any, float] | Sequence[float] | Array | None = None,
         parameters: Mapping[Any, float] | None = None,
     ) -> Solution:
-        """The motion from these values on, each by symbol or name, or in order; parameters that are left out take their defaults.
+        """Simulate from initial values by symbol or name, or in order; parameters that are left out take their defaults.
 
         Raises
         ------
@@ -130,7 +130,7 @@ class Prepared(Attributes):
         return simulate(self.equations, q=q, u=u, states=states, parameters=parameters, **options)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Prepared anew where it is read."""
+        """A pickle contains the arguments; reading it prepares the motions again."""
         return Prepared, (self.equations, self._plan, self._inputs, self._settings, self._check)
 
     def __repr__(self) -> str:

@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The constraints along a motion: projection onto them with the least change in the mass metric, what they miss, and loss of rank.
+"""Projection of states onto the constraints with the least change in the mass metric, residuals, and loss of rank along a motion.
 
-With the metric ½ δᵀM δ, displacements Δq = W δ and changes of the speeds Δu are
+With the metric ½ δᵀM δ, displacements Δq = W δ and changes of the speeds Δu are (Hairer & Wanner 1996, sec. VII.2)
 
     δ  = −M⁻¹A_cᵀ (A_c M⁻¹ A_cᵀ)⁺ f          f the configuration constraints, A_c their rows of A
     Δu = −M⁻¹Aᵀ (A M⁻¹ Aᵀ)⁺ (A u + b)
 
-with pseudo-inverses, so that redundant constraints do no harm. Euler parameters are divided by their length.
+with pseudo-inverses, so that redundant constraints are admissible. Euler parameters are divided by their length.
 
-No projection closes constraints that contradict each other, or that lost rank and hold again: `missed`. A residual counts where it is
-more than the tolerances leave open: those of coordinates and speeds, times the largest slopes that the constraint has had, and their
-relative one of the terms that it is made of.
+Projection cannot satisfy constraints that contradict each other, or that regain rank with a residual left: `missed`. A residual is a
+violation if it exceeds what the tolerances allow: those of coordinates and speeds, times the largest derivatives that the constraint
+has had along the motion, and the relative tolerance times the terms of the constraint.
 
-A singular value of A that is small at a state and ten times as large where A has changed by a tenth of its size vanishes nearby: the
-motion comes through a position at which rank drops. One that is as small there belongs to constraints that are nearly the same by
-nature, such as those of a reducer of 10,000 : 1; what it holds must be held: `mixes`.
+A small singular value of A that is ten times as large where A has changed by a tenth of its size vanishes near by: the motion passes
+a position at which rank drops. One that stays small belongs to constraints that are nearly dependent everywhere, such as those of a
+reducer of 10,000 : 1, and the combination of rows must still be satisfied: `mixes`.
 
-A step may lead across a state at which rank is lost, or at which the dependent speeds that are stepped do not follow: `crosses`. Its
-ends do not tell: a step may be turns long, and where two rows are lost at once their determinant keeps its sign. So A is looked at
-between them, closer where it moves far or where its rank may vanish: the least singular value σ changes by no more than A does,
+A step may cross a state at which rank is lost, or at which the dependent block of A is singular: `crosses`. The ends of the step do
+not show this: it may span several turns, and if two rows are lost at once the determinant keeps its sign. Therefore A is sampled
+between them, more densely where it changes much or may lose rank: the least singular value σ changes by no more than A does,
 
     σ = 0 between two states only if σ₁ + σ₂ ≤ ‖A₂ − A₁‖
 """
@@ -66,9 +66,9 @@ _ROUNDS = 6
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """f (configuration) and the sizes of its `terms`, A, b, M and W at a state.
+    """f of configuration constraints (c) and the sizes of its `terms`, A (m × n), b (m), M (n × n) and W at a state.
 
-    `speeds` are the speeds themselves where they follow from the independent ones alone, `branch` what tells branches apart.
+    `speeds` are computed from the independent ones if W has false poles, else empty; closure branches differ in the scalars `branch`.
     """
 
     f: Array
@@ -82,14 +82,14 @@ class Numbers:
 
     @property
     def finite(self) -> bool:
-        """Whether the constraints can be kept there: all numbers are finite, and no speed alone has a negative kinetic energy."""
+        """Whether projection is possible: all numbers are finite, and no diagonal entry of M is negative."""
         inertia = np.diag(self.m)
         heavy = np.all(inertia >= -ROUNDED * inertia.max(initial=0))
         return bool(heavy) and all(np.all(np.isfinite(v)) for v in (self.f, self.a, self.b, self.m))
 
 
 def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
-    """What keeps a state on the constraints."""
+    """The routine of `Numbers` as functions of the state."""
     solved = eom.solved
     f, d = [c.expr for c in eom.system.holonomic], solved.regular
 
@@ -114,7 +114,7 @@ def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstraintProjection:
-    """The constraints of equations of motion: their numbers as one routine, where Euler parameters are, what branches are meant."""
+    """The constraints of equations of motion: the routine of `numbers`, indices of Euler parameters, intended closure branches."""
 
     numbers: BundleRoutine[Numbers]
     coordinates: int
@@ -122,15 +122,15 @@ class ConstraintProjection:
     meant: tuple[ClosureBranch, ...] = ()
 
     def turned(self, numbers: Numbers) -> str:
-        """Which closures are turned away from the branch that they mean, in words; "" where none is."""
+        """The closures that are on another branch than the intended one, as text; "" if there are none."""
         return turned_closures(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
 
     def project(
         self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0, mixes: Mixes = (None, None)
     ) -> tuple[Array, Numbers]:
-        """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had.
+        """The state projected onto the constraints, and the numbers there; `reach` are the largest entries of A along the motion.
 
-        `mixes` are what counts in the places of the rows of the configuration constraints, and in those of all.
+        `mixes` are combinations that replace the rows of the configuration constraints, and all rows, when rank is decided.
         """
         nq = self.coordinates
         x = of_unit_length(x, self.euler)
@@ -159,12 +159,12 @@ class ConstraintProjection:
 
 
 def is_constrained(eom: Equations) -> bool:
-    """Whether there is anything to keep: constraints, or the length of Euler parameters."""
+    """Whether there are constraints, or Euler parameters, whose length must be 1."""
     return bool(eom.constraints.constraints or eom.system.euler_parameters)
 
 
 def constraint_projection(numeric: Numeric[Equations]) -> ConstraintProjection | None:
-    """The constraints of the equations, None where there is nothing to keep."""
+    """The projection of the equations; None without constraints and Euler parameters."""
     eom = numeric.equations
     if not is_constrained(eom):
         return None
@@ -174,13 +174,13 @@ def constraint_projection(numeric: Numeric[Equations]) -> ConstraintProjection |
 
 
 _SLACK = 10.0
-"""Tolerances that a residual may measure: one step leaves about one."""
+"""Multiple of the tolerances that a residual may have: one step leaves about one."""
 _TINY = np.finfo(float).tiny
 _ANY = 1 / _TINY**0.5
-"""A change of a speed that moves no coordinate, in any unit."""
+"""The admissible change of a speed that changes no coordinate: large in any unit."""
 
 Tolerances = tuple[float, float]
-"""Relative and absolute."""
+"""Relative and absolute tolerance."""
 
 
 def missed(
@@ -191,11 +191,11 @@ def missed(
     tolerances: Tolerances,
     values: Callable[[], Mapping[Expr, Any]],
 ) -> str:
-    """The constraint that is missed most at x = (q, u, a), and by how much, in words; "" where all hold.
+    """The constraint that is violated most at x = (q, u, a), and its residual, as text; "" if all are satisfied.
 
-    `reach` (m × n) holds the sizes that entries of A have had, `values` gives a number for every symbol.
+    `reach` (m × n) are the largest entries of A along the motion; `values()` returns a number for every symbol.
     """
-    with np.errstate(invalid="ignore"):  # of numbers that are not finite nothing is said here
+    with np.errstate(invalid="ignore"):  # numbers that are not finite are reported elsewhere
         residual, slopes = _residuals(numbers, x, reach, tolerances)
     over = np.abs(residual) > slopes
     if not over.any():
@@ -210,9 +210,9 @@ def missed(
 
 
 def _residuals(numbers: Numbers, x: Array, reach: Array, tolerances: Tolerances) -> tuple[Array, Array]:
-    """f of configuration constraints, A u + b of motion constraints, and what the tolerances of q and u make of them.
+    """f of configuration constraints, A u + b of motion constraints, and limits of both by the tolerances of q and u.
 
-    Rates of configuration constraints are left out: near a position at which rank drops rounding makes much of them, and f tells soon.
+    Time derivatives of configuration constraints are omitted: near a loss of rank they amplify rounding, and f shows violations soon.
     """
     rtol, atol = tolerances
     open_ = _SLACK * (atol + rtol * np.abs(x))
@@ -229,7 +229,7 @@ def _residuals(numbers: Numbers, x: Array, reach: Array, tolerances: Tolerances)
 
 
 def _terms(eom: Equations, count: int) -> list[Expr]:
-    """The sizes of the terms of f, and of those of A u + b of motion constraints, sines and cosines taken as 1."""
+    """The sizes of the terms of f, and of A u + b of motion constraints, with sines and cosines replaced by 1."""
     rows, memo = eom.derived.constraints, Sizes()
     sizes = [size(k.expr, memo) for k in eom.system.holonomic]
     for a, b in list(zip(rows.a, rows.b, strict=True))[len(sizes) :]:
@@ -238,11 +238,11 @@ def _terms(eom: Equations, count: int) -> list[Expr]:
 
 
 _NEARBY = (0.03, 0.3)
-"""Share of its size by which A must have changed at a place that tells what is small here alone."""
+"""Relative change of A at a place near by that shows whether a singular value is small only here."""
 _FACTOR = 4.0
 _TRIES = 60
 _GROWS = 10.0
-"""By how much a singular value that vanishes nearby must have grown there."""
+"""Factor by which a singular value that vanishes near by must have grown there."""
 
 Place = Callable[[Array], Numbers]
 
@@ -250,9 +250,9 @@ Place = Callable[[Array], Numbers]
 def mixes(
     projection: ConstraintProjection, t: float, x: Array, given: tuple[Array, Array], numbers: Numbers, reach: Array
 ) -> Mixes:
-    """What counts in the places of the rows of A, of the configuration constraints and of all, at a state x of values p and r `given`.
+    """Combinations that replace rows of A, of the configuration constraints and of all, at a state x; `given` are p and r.
 
-    None for rows that count as they are: no singular value is small, or what is small vanishes here.
+    None if the rows are used as they are: no singular value is small, or the small ones vanish near by.
     """
     nq = projection.coordinates
 
@@ -269,7 +269,7 @@ def mixes(
 
 
 def _vanishes(numbers: Numbers, reach: Array, beside: Place, count: int, weak: Mask) -> bool:
-    """Whether a singular value of the first `count` rows, of those that are `weak`, is much larger at some place beside."""
+    """Whether one of the `weak` singular values of the first `count` rows is much larger at a place near by."""
     size = balance(numbers.a[:count], reach[:count], order=(1, 0))
     sizes = size.rows * size.columns
     here = singular(numbers.a[:count] / sizes)
@@ -284,7 +284,7 @@ def _vanishes(numbers: Numbers, reach: Array, beside: Place, count: int, weak: M
 
 
 def _nearby(beside: Place, along: Array, a: Array, sizes: Array) -> Array | None:
-    """A where it has changed by a share of its size on the way `along`, None where it does not change."""
+    """A at a place in the direction `along` where it has changed by a share of its size; None if it does not change."""
     step, factor = 1.0, 0.0
     for _ in range(_TRIES):
         numbers = beside(step * along)
@@ -292,31 +292,31 @@ def _nearby(beside: Place, along: Array, a: Array, sizes: Array) -> Array | None
         if _NEARBY[0] <= change <= _NEARBY[1]:
             return numbers.a[: len(a)]
         wanted = _FACTOR if change < _NEARBY[0] else 1 / _FACTOR
-        # between two steps of which one is too short and one too long the halves are tried
+        # after a step too short and one too long, the factor is replaced by its square root
         step *= wanted if factor in (0.0, wanted) else wanted**0.5
         factor = wanted
     return None
 
 
 _FIRST = 8
-"""Parts in which a step is looked at first."""
+"""Number of parts of a step that are examined first."""
 _FAR = 0.25
-"""Change of A from one state to the next, its entries being 1 at most, that is looked at closer."""
+"""Change of the balanced A from one state to the next above which the part is halved."""
 _CURVED = 1.5
-"""What A moves on a curve, over the distance of its ends."""
+"""Assumed length of the path of A, relative to the distance of its ends."""
 _DEPTH = 40
 _MOST = 4096
-"""How often parts are halved, and how many states are looked at, at most."""
+"""Largest number of halvings, and of states that are examined."""
 _CLEAR = 10 * MOTION_RANK
-"""Share of rank above which a state is away from one at which rank is lost."""
+"""Relative singular value above which a state is clear of a loss of rank."""
 _CLOSE = np.geomspace(1e-4, 0.1, 7)
-"""Shares of a step after which it is away from such an end."""
+"""Shares of a step at which its distance from an end with a loss of rank is examined."""
 
 
 class RankHistory(NamedTuple):
-    """At several times: A over the sizes that it has had, and its singular value that makes the rank, over the largest too.
+    """At times t (k): the balanced A (k × m × n), the `least` singular value of its rank, and its ratio `share` to the largest.
 
-    `side` is the sign of the dependent block's determinant, 0 where there is none.
+    `side` is the sign of the determinant of the dependent block, 0 if A is not finite.
     """
 
     t: Array
@@ -327,21 +327,21 @@ class RankHistory(NamedTuple):
 
     @property
     def lost(self) -> Mask:
-        """Where rank is lost."""
+        """At which times rank is lost (k)."""
         return np.asarray(self.share < MOTION_RANK)
 
     def only(self, kept: slice | Indices) -> RankHistory:
-        """Some of the times."""
+        """The history at some of the times."""
         return RankHistory(*(part[kept] for part in self))
 
     def and_at(self, other: RankHistory) -> RankHistory:
-        """These times and others, in order."""
+        """The history at these times and at those of `other`, in order."""
         together = RankHistory(*map(np.concatenate, zip(self, other, strict=True)))
         return together.only(np.argsort(together.t))
 
 
 def looked_at(t: Array, a: Array, partition: Partition, reach: Array, mix: Mixed | None = None) -> RankHistory:
-    """A (k × m × n) at times t (k), with the dependent speeds that are stepped; `mix` stands in the places of the rows for rank."""
+    """The history of A (k × m × n) at times t (k), with the present dependent speeds; `mix` replaces the rows for the rank."""
     finite = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     a = np.where(finite[:, None, None], a, 0.0)
     plain = balance(a, reach, order=(1, 0)).matrix
@@ -357,7 +357,7 @@ def looked_at(t: Array, a: Array, partition: Partition, reach: Array, mix: Mixed
 
 
 def crosses(along: Callable[[Array], RankHistory], start: float, end: float) -> bool:
-    """Whether a step from `start` to `end` leads across such a state; one at which it begins or ends is none."""
+    """Whether a step crosses a loss of rank or a singular dependent block; such a state at `start` or `end` does not count."""
     length = end - start
     at = along(np.linspace(start, end, _FIRST + 1))
     at = _away(along, at, start, length)
@@ -375,7 +375,7 @@ def crosses(along: Callable[[Array], RankHistory], start: float, end: float) -> 
 
 
 def _away(along: Callable[[Array], RankHistory], at: RankHistory, start: float, length: float) -> RankHistory:
-    """Without the surroundings of an end at which rank is lost."""
+    """The history without the neighbourhoods of ends at which rank is lost."""
     first, last = (bool(at.share[k] < MOTION_RANK) for k in (0, -1))
     close = [*(start + length * _CLOSE if first else ()), *(start + length * (1 - _CLOSE) if last else ())]
     if not close:

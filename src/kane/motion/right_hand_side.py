@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The equations of a motion, compiled: (q̇, u̇, ȧ, P) as a function of (t, y), y = (q, u, a, ∫P dt), what is watched, and the Jacobian.
+"""The compiled right-hand side (q̇, u̇, ȧ, P) at (t, y), y = (q, u, a, ∫P dt), with its switches, event quantities and Jacobian.
 
-∂(q̇, u̇, P)/∂(q, u, ∫P dt), for methods that solve for a step, is exact: written out entry by entry where that is short, of large
-systems as products with all unit vectors in one native loop, whose code is as long as a few right-hand sides.
+J = ∂(q̇, u̇, ȧ, P)/∂(q, u, a), for implicit methods, is exact: written entry by entry if that is short; for large systems as products
+with all unit vectors in one native loop, whose code is as long as a few right-hand sides.
 
-Loads switch, and inputs that are expressions of the state, where signs, comparisons and directions do that they hold: in machine code
-the side of each switch is a number among the parameters, −1 or 1. With every switch replaced by what it is on its side, rates are
-smooth across the place where it turns, so that a step sees it as an event on its own polynomial (`steppers/watched.py`).
+Loads, and inputs that are expressions of the state, switch at the signs, comparisons and directions in them. In machine code the side
+of each switch, −1 or 1, is a number among the parameters. With every switch replaced by its value on that side, the rates are smooth
+across the switching surface, so that a step detects the crossing as an event on its polynomial (`steppers/watched.py`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -48,9 +48,9 @@ _JUMPS = {OPS["sign"], OPS["less"]}
 
 @dataclass(frozen=True, eq=False)
 class Switch:
-    """What bends or `jumps` in a load or inputs where `quantity` passes zero, or a direction it has not then.
+    """A kink, or jump (`jumps`), of a load or of inputs where `quantity` is zero; or a direction v/|v|, which is undefined there.
 
-    Its words are written where they are asked for: motions count switches more often than they tell of them.
+    Texts are written when they are read, as most motions only count switches.
     """
 
     node: Expr
@@ -60,12 +60,12 @@ class Switch:
 
     @property
     def text(self) -> str:
-        """The node in words."""
+        """The node as text."""
         return str(self.node)
 
     @property
     def smooth(self) -> str:
-        """A cure."""
+        """Advice on a smooth replacement."""
         if isinstance(self.node.op, Piecewise):
             return "take a table of kind 'cubic'"
         if self.quantity.op is SQRT:
@@ -74,7 +74,7 @@ class Switch:
 
 
 def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
-    """Signs, comparisons and directions v/|v| that the loads, and the `laws` of inputs, hold, each once."""
+    """Signs, comparisons and directions v/|v| in the loads, and in the `laws` of inputs, each quantity once."""
     return eom.numeric().value(_switches, *laws)
 
 
@@ -87,7 +87,7 @@ def _switches(eom: Equations, *laws: Expr) -> tuple[Switch, ...]:
 
 
 def turning(groups: Mapping[str, Sequence[Expr]]) -> tuple[Switch, ...]:
-    """Signs, comparisons and directions v/|v| that turn at states, of expressions by the name of what holds them."""
+    """Signs, comparisons and directions v/|v| that depend on the state, in expressions grouped by name of load or other owner."""
     found: dict[Expr, Switch] = {}
     for name, scalars in groups.items():
         for node in postorder(scalars):
@@ -109,12 +109,12 @@ def turning(groups: Mapping[str, Sequence[Expr]]) -> tuple[Switch, ...]:
 
 
 def has_jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
-    """Whether loads, or the laws of inputs, jump."""
+    """Whether loads, or the `laws` of inputs, jump."""
     return any(s.jumps for s in switches(eom, laws))
 
 
 def rates_jump(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
-    """Whether rates jump at states: by loads, the laws of inputs, or the rates of further states as they are declared."""
+    """Whether rates jump at states: by loads, the `laws` of inputs, or the declared rates of further states."""
     return has_jumps(eom, laws) or any(s.jumps for s in turning({"states": [*eom.system.states.values()]}))
 
 
@@ -145,34 +145,34 @@ def _sign(values: npt.NDArray[np.float64]) -> Sides:
 
 R = TypeVar("R")
 Given = dict[str, Any]
-"""Arrays, integers and routines by the names of a kernel's arguments."""
+"""Arguments of a kernel by name: arrays, integers and routines."""
 
 
 def rates(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """(q̇, u̇, ȧ, P)."""
+    """(q̇, u̇, ȧ, P) as a function of the state."""
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     return Bundle("motion", ports(eom.derived), parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
 
 
 def timed(eom: Equations) -> Clock:
-    """What of the rates turns at times, or may be a pulse."""
+    """The parts of the rates that switch at given times, or may be pulses."""
     return clock(rates(eom).task.roots)
 
 
 def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
-    """The quantities of the loads' switches, and `more` of the laws of inputs."""
+    """The quantities at which loads jump, and `more`, those of the laws of inputs."""
     roots = [*without_unknowns(eom.solved, jumping(eom)), *more]
     return Bundle("switches", law_ports(eom, more), parts, {"switches": roots}, list(map(str, range(len(roots)))))
 
 
 def jumping(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
-    """The quantities at which loads jump, then those at which laws of inputs do."""
+    """The quantities at which loads jump, then those at which `laws` of inputs jump."""
     found = [*switches(eom), *switches(eom, laws)] if laws else switches(eom)
     return list(dict.fromkeys(s.quantity for s in found if s.jumps))
 
 
 def quantities(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Expr, ...]:
-    """The quantities of all switches that the rates hold, then of those of the laws of inputs, but for tables that only bend."""
+    """The quantities of all switches in the rates, then of those in the `laws` of inputs, without tables that only have kinks."""
     found = [s for roots in (rates(eom).task.roots, laws) for s in switches_of(roots)]
     return tuple(dict.fromkeys(s.quantity for s in found if not all(map(_bending, s.nodes))))
 
@@ -182,7 +182,7 @@ def _bending(node: Expr) -> bool:
 
 
 def sided(eom: Equations, count: int, make: Callable[..., Bundle[R]], *arguments: Any) -> Bundle[R]:
-    """A bundle with the switches of `quantities` on their sides, of which there are `count` behind the parameters."""
+    """A bundle with the switches of `quantities` on their sides, `count` numbers that follow the parameters in p."""
     plain, own, memo = make(eom, *arguments), side_symbols(quantities(eom)), dict[Expr, Expr]()
     groups = {
         name: Shaped(group.shape, tuple(on_sides(root, own, memo) for root in group.roots))
@@ -193,13 +193,13 @@ def sided(eom: Equations, count: int, make: Callable[..., Bundle[R]], *arguments
 
 
 def _with_sides(symbols: Sequence[Symbol], count: int) -> tuple[Symbol, ...]:
-    """So many sides between parameters and the numbers of laws."""
+    """The symbols of p with `count` sides between parameters and the numbers of laws."""
     first = next((k for k, s in enumerate(symbols) if isinstance(s, Number)), len(symbols))
     return (*symbols[:first], *map(side_symbol, range(count)), *symbols[first:])
 
 
 class Unembedded(NamedTuple):
-    """q̇, f and Ȧ u + ḃ: what the accelerations of least size are made of."""
+    """q̇, f and Ȧ u + ḃ, from which accelerations are computed where the constraints lose rank."""
 
     rates: Array
     forcing: Array
@@ -215,18 +215,18 @@ def unembedded(eom: Equations) -> Bundle[Unembedded]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SidedEquations:
-    """Equations whose bundles are compiled by `settings`, with the switches of `quantities` on their sides."""
+    """Equations whose bundles are compiled with `settings`, the switches of `quantities` replaced by their values on a side."""
 
     eom: Equations
     settings: Settings | None
     quantities: tuple[Expr, ...]
 
     def routine(self, make: Callable[..., Bundle[R]], *arguments: Any) -> BundleRoutine[R]:
-        """The routine of a bundle."""
+        """The compiled routine of a bundle."""
         return self.eom.numeric(self.settings).routine(*self._on_sides(make, *arguments))
 
     def compiled(self, *makes: tuple[Any, ...]) -> list[CompiledRoutine]:
-        """The routines of bundles, functions with their arguments, in one module."""
+        """The routines of several bundles, each a function with its arguments, compiled in one module."""
         self.eom.numeric(self.settings).compile(*(self._on_sides(*make) for make in makes))
         return [self.routine(*make).flat for make in makes]
 
@@ -236,11 +236,11 @@ class SidedEquations:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Routines(SidedEquations):
-    """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a).
+    """Compiled equations with values `p` of the parameters and inputs `drives` as functions; `width` is the length of (q, u, a).
 
-    `numbers` are those of the inputs that are expressions, and of the quantities at which they switch. Where a kernel decides
-    switches, p ends with the sides of `quantities`, and `written` are the inputs on their sides; `turning` are the quantities as
-    routines take them.
+    `numbers` are the constants in inputs that are expressions, and in the quantities at which these switch. If a kernel decides
+    switches, p ends with the sides of `quantities`, `written` are the inputs on these sides, and `turning` are the quantities in the
+    form that routines take.
     """
 
     p: Array
@@ -255,12 +255,12 @@ class Routines(SidedEquations):
 
     @property
     def laid(self) -> tuple[Callable[[Any], Any], ...]:
-        """The inputs as kernels take them: on the sides of switches where these are decided there."""
+        """The inputs as kernels evaluate them: with switches on their sides if the kernel decides these."""
         return self.written or self.drives
 
     @property
     def laws(self) -> tuple[Expr, ...]:
-        """The inputs that are expressions of the state with switches in them."""
+        """The inputs that are expressions of the state with switches."""
         return turning_laws(self.drives)
 
     def inputs(self, t: float, y: Array) -> Array:
@@ -272,18 +272,18 @@ class Routines(SidedEquations):
         return values(self.drives, t, y[:, : self.width])
 
     def rate(self, t: float, y: Array) -> Array:
-        """(q̇, u̇, P)."""
+        """(q̇, u̇, ȧ, P) at t and y."""
         return self.at(self.rates, t, y, self.p)
 
     def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
-        """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
+        """(q̇, u̇, ȧ, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ) (Gauss's principle)."""
         routine = self.routine(unembedded)
         q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t, y))
         rest = self.rate(t, y)[len(q_dot) + len(f) :]
         return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), rest])
 
     def watch(self, t: float, y: Array) -> Array:
-        """The events' quantities."""
+        """The events' quantities (events) at t and y."""
         return np.zeros(0) if self.events is None else self.at(self.events, t, y)
 
     def watch_all(self, t: Array, y: Array) -> Array:
@@ -291,27 +291,27 @@ class Routines(SidedEquations):
         return np.zeros((len(t), 0)) if self.events is None else self._at_all(self.events, t, y)
 
     def switch(self, t: float, y: Array) -> Array:
-        """The quantities of the loads' switches, of which there are some."""
+        """The quantities of the switches (switches) at t and y; there must be some."""
         assert self.switches is not None
         return self.at(self.switches, t, y)
 
     def switch_all(self, t: Array, y: Array) -> Array:
-        """The quantities of the loads' switches (k × switches) at times (k) and states (k × n)."""
+        """The quantities of the switches (k × switches) at times (k) and states (k × n)."""
         assert self.switches is not None
         return self._at_all(self.switches, t, y)
 
     def at(self, routine: CompiledRoutine, t: float, y: Array, p: Array | None = None) -> Array:
-        """What a routine gives at a time and state, by the p that it takes."""
+        """The values of a routine at a time and state, by default with its own p."""
         p = self.parameters(routine) if p is None else p
         return routine(t, y[: self.width], p, self.inputs(t, y) if self.drives else None)
 
     def parameters(self, routine: CompiledRoutine) -> Array:
-        """What a routine takes as p: the parameters of the equations, and as many of the numbers of the inputs as it asks for."""
+        """The p of a routine: the parameters of the equations, and as many constants of the inputs as its ports have."""
         wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
         return self.p if wanted == len(self.p) else np.append(self.p, self.numbers)[:wanted]
 
     def hoisted(self, name: str, routine: CompiledRoutine, t: float, y: Array, r: Array) -> Given:
-        """What is hoisted of a routine, and what hoists it anew, as arguments of a kernel."""
+        """The hoisted values of a routine, and the function that evaluates them anew, as arguments of a kernel."""
         h = hoisted(routine, t, y[: self.width], self.parameters(routine), r)
         return {name: h, f"hoist_{name}": hoist_entry(routine)}
 
@@ -326,7 +326,7 @@ class Routines(SidedEquations):
         return dict(zip(symbols, [t, *y[: self.width], *p, *self.inputs(t, y)], strict=True))
 
     def explain(self, t: float, y: Array) -> str:
-        """What is not finite first."""
+        """The first operation of the rates whose value is not finite, as text."""
         return self.rates.explain(t, y[: self.width], self.p, self.inputs(t, y))
 
 
@@ -337,7 +337,7 @@ def routines(
     settings: Settings | None,
     *others: Callable[[Equations], Bundle[Any]],
 ) -> Routines:
-    """The equations compiled, and the bundles of `others` with them in one module."""
+    """The compiled equations; the bundles of `others` are compiled in the same module."""
     equations, jumps = SidedEquations(eom, settings, ()), jumping(eom, turning_laws(drives))
     law = law_and(drives, eom.inputs, jumps[len(jumping(eom)) :])
     turning = [(switched, *law.values[len(eom.inputs) :])] if jumps else []
@@ -347,7 +347,7 @@ def routines(
 
 
 def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
-    """Whether they jump and there are switches with more than two sides, tables of steps, or with none: what chooses pivots."""
+    """Whether equations jump and have switches that two sides do not describe: tables of steps, or choices of pivots."""
     if not has_jumps(eom, laws):
         return False
     loads = eom.solved.regular.declared_loads
@@ -358,29 +358,29 @@ def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
 
 
 def on_one_side(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
-    """(q̇, u̇, ȧ, P), and the laws of inputs, with every switch on one side: what they are made of between two switches."""
+    """(q̇, u̇, ȧ, P), and the `laws` of inputs, with every switch on side 1: the expressions evaluated between switching times."""
     every = quantities(eom, laws)
     return list(map(on(every, (1,) * len(every)), (*rates(eom).task.roots, *laws)))
 
 
 _STEP = 2.0**-24
-"""Share by which inputs and states are moved for differences."""
+"""Relative step of finite differences with respect to inputs and states."""
 _LONG = 40_000
-"""Operations of the right-hand side times states from which on entries are not written out."""
+"""Operations of the right-hand side times states above which J is not written entry by entry."""
 
 
 def only(x: Array) -> Array:
-    """What a bundle of one array gives: that array."""
+    """The record of a bundle with one array: that array."""
     return x
 
 
 def entries(eom: Equations) -> Bundle[Array]:
-    """∂(q̇, u̇, P)/∂(q, u)."""
+    """J = ∂(q̇, u̇, ȧ, P)/∂(q, u, a), entry by entry."""
     return _written(eom, "slopes", _slopes(eom, eom.state))
 
 
 def closed(eom: Equations, *values: Expr) -> Bundle[Array]:
-    """The same where inputs are these expressions of the state: with what they change."""
+    """J if the inputs are the expressions `values` of the state, with the derivatives of these (closed loop)."""
     x, r = eom.state, eom.inputs
     own, by_input = _slopes(eom, x), _slopes(eom, r)
     gained = [[tangent(value, {s: ONE}, at_rest=True) for s in x] for value in values]
@@ -402,7 +402,7 @@ def _written(eom: Equations, name: str, roots: list[Expr], own: Sequence[Port] =
 
 
 def products(eom: Equations) -> Bundle[Array]:
-    """The same times v."""
+    """J v for a vector v."""
     x, power = eom.state, without_unknowns(eom.solved, [eom.power])
     v = along("v", x)
     seeds: dict[Expr, Expr] = dict(zip(x, v, strict=True))
@@ -416,14 +416,14 @@ def _regular(eom: Equations, roots: list[Expr]) -> tuple[Expr, ...]:
 
 
 def by_inputs(now: Routines, t: Any, x: Array, r: Array) -> Array:
-    """∂(q̇, u̇, P)/∂r at a state or several, in which rates are affine as loads are; else differences that steer well enough."""
+    """∂(q̇, u̇, ȧ, P)/∂r at one or several states by differences: exact for loads affine in r, else sufficient for iterations."""
     own, steps = now.rates(t, x, now.p, r), _steps(r)
     moved = (now.rates(t, x, now.p, r + h * e) for h, e in zip(steps, np.eye(r.shape[-1]), strict=True))
     return np.stack([(found - own) / h for h, found in zip(steps, moved, strict=True)], axis=-1)
 
 
 def gains(now: Routines, t: Any, x: Array, r: Array) -> Array:
-    """∂r/∂x at a state or several of inputs r that are functions of the state, by differences."""
+    """∂r/∂x at one or several states by differences, for inputs r that are functions of the state."""
     places = [k for k, f in enumerate(now.drives) if following([f])]
     drives, result = [now.drives[k] for k in places], np.zeros((*r.shape, x.shape[-1]))
     for k, (h, e) in enumerate(zip(_steps(x), np.eye(x.shape[-1]), strict=True)):
@@ -432,19 +432,19 @@ def gains(now: Routines, t: Any, x: Array, r: Array) -> Array:
 
 
 def _steps(x: Array) -> Array:
-    """A step for each of the last axis, with that axis first and one of length 1 last."""
+    """The difference step of each component along the last axis; that axis comes first, one of length 1 last."""
     largest = np.abs(x).max(axis=-1, keepdims=True, initial=0)
     sizes = np.maximum(np.abs(x), np.where(largest, largest, 1.0)) * _STEP
     return np.moveaxis(sizes, -1, 0)[..., None]
 
 
 def is_long(now: Routines) -> bool:
-    """Whether J is taken as products."""
+    """Whether J is evaluated as products with vectors."""
     return now.eom.operations.total * now.width > _LONG
 
 
 def pattern(now: Routines) -> Mask | None:
-    """Which entries of J may be other than zero: those of symbols that rates hold; None where inputs follow from the state."""
+    """The sparsity pattern of J by the symbols in the rates; None if an input depends on the state."""
     if any(getattr(f, "of_state", False) for f in now.drives):
         return None
     return now.eom.numeric(now.settings).value(_jacobian_pattern)
@@ -455,7 +455,7 @@ def _jacobian_pattern(eom: Equations) -> Mask:
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     held: dict[Expr, int] = {}
     for node in postorder(roots):
-        own = place.get(node, 0)  # type: ignore[call-overload]  # most nodes are no symbols
+        own = place.get(node, 0)  # type: ignore[call-overload]  # most nodes are not symbols
         for part in node.args:
             own |= held[part]
         held[node] = own
@@ -466,7 +466,7 @@ def _jacobian_pattern(eom: Equations) -> Mask:
 
 
 def derivatives(now: Routines, t: float, y: Array, law: SharedLaw | None) -> Given:
-    """What a kernel is told of J."""
+    """The arguments of a kernel for J."""
     long, p = is_long(now), now.p
     if law is not None and follows(now.drives):
         routine, p = now.routine(closed, *law.values).flat, law.parameters(p)
@@ -480,7 +480,7 @@ def derivatives(now: Routines, t: float, y: Array, law: SharedLaw | None) -> Giv
 
 
 def exact(now: Routines) -> Callable[[float, Array], Array]:
-    """J(t, y). What has no derivative at a state, as a root that ends there, counts as not changing: steps are judged without J."""
+    """The function J(t, y). Derivatives that are not finite, as of √x at 0, become 0: the errors of steps are estimated without J."""
     n = now.width
     unit = np.eye(n)
     long = is_long(now)

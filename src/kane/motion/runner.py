@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions that a kernel runs in one call, bound once to its arrays: what `simulate` keeps for the next call, and `prepare` gives.
+"""Repeated motions in one call of machine code: a kernel bound once to its arrays, as `simulate` and `prepare` keep it.
 
-They are those in which Python is not asked between two steps: with constraints, events and switches that a kernel decides, and inputs
-that are numbers or expressions without parameters. A start, parameters and the end are judged by sure bounds in compiled code;
-whatever these leave open is judged as ever, by a motion from its beginning on (`loop.py`).
+Such motions need no Python between two steps: a kernel decides their constraints, events and switches, and inputs are numbers or
+expressions without parameters. Start, parameters and energy are checked by sufficient conditions in compiled code; if these do not
+hold, the general loop integrates the motion from its beginning (`loop.py`) and decides.
 """
 
 import time
@@ -65,15 +65,15 @@ from kane.program.native.entry import hoisted
 from kane.progress import is_noted, noted, working
 
 _PATIENCE = 0.05
-"""Seconds after which the general loop looks at clock and signals."""
+"""Elapsed seconds after which the general loop, which checks time limits and signals, continues a motion."""
 
 
 _REACHED = (ReturnCode.END, ReturnCode.LIMIT, ReturnCode.EVENT)
-"""What a kernel comes back with that has not to be judged otherwise."""
+"""Return codes of a kernel that need no decision by the general loop."""
 
 
 def judged(eom: Equations) -> Bundle[Array]:
-    """K, E = K + V, and the least of the pivots divided by: of M over its diagonal, of W and along trees over their usual sizes."""
+    """K, E = K + V, and the least relative pivot: of M to its diagonal, of W and of trees to the sizes at a random configuration."""
     rows = [] if eom.solved.route in WAYS else [list(row) for row in eom.mass_matrix]
     own = [*moving(eom), *(eom.solved.free_pivots if eom.solved.route in WAYS else ())]
     shares = [
@@ -84,7 +84,7 @@ def judged(eom: Equations) -> Bundle[Array]:
 
 
 def _least_pivot(m: list[list[Expr]], others: Sequence[Expr]) -> Expr:
-    """min d_i / M_ii of M = L D Lᵀ, which is changed, and of `others`; 1 where there are none, 0 where M has nothing to divide by."""
+    """min d_i / M_ii of M = L D Lᵀ (m is overwritten), and of `others`; 1 if there are none, 0 if a pivot is identically zero."""
     least, diagonal = reduce(NODE_BUILDERS["min"], others, ONE), [row[i] for i, row in enumerate(m)]
     for k, row in enumerate(m):
         if row[k] is ZERO:
@@ -98,13 +98,13 @@ def _least_pivot(m: list[list[Expr]], others: Sequence[Expr]) -> Expr:
 
 
 Noted = tuple[Array, Array]
-"""Passages of events, rows (t, event), and rows of `jumps`."""
+"""Logged events, rows (t, index), and rows of `jumps` (see `Course.noted`)."""
 _STARTS = 64
-"""So many starts of constrained motions are kept, which are sought by iteration."""
+"""Number of stored starts of constrained motions, which are found by iteration."""
 
 
 def _key(at: tuple[Any, Any, Any]) -> Any:
-    """What is the same of equal start values; None of what does not tell."""
+    """A hashable key of start values; None if they have none."""
     result = tuple(
         tuple(x.items()) if isinstance(x, Mapping) else tuple(x) if hasattr(x, "__iter__") else x for x in at
     )
@@ -116,7 +116,7 @@ def _key(at: tuple[Any, Any, Any]) -> Any:
 
 
 class Plan(NamedTuple):
-    """What of a motion is the same in each call, as it was given: where all of it is equal, so are the options that follow from it."""
+    """The arguments of a motion that are the same in each call, as the user gave them; a key for what is derived from them."""
 
     span: Any
     method: Any = None
@@ -130,14 +130,14 @@ class Plan(NamedTuple):
     max_seconds: Any = None
 
     def spelled(self) -> "Plan":
-        """With a record of options as method taken apart into a name and options."""
+        """The plan with a record of options as `method` replaced by a name and options."""
         return self if self.method is None or isinstance(self.method, str) else Plan(**spelled(self._asdict()))
 
 
 def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:
-    """Values of the parameters with which there is a motion: masses, moments of inertia, events, prescribed motions.
+    """Check masses, moments of inertia, events and prescribed motions at values p of the parameters.
 
-    The same values are looked at once.
+    Equal values are checked once. A SimulationError names what is not admissible.
     """
     admitted, key = eom.numeric().value(_admitted), (p.tobytes(), span)
     if admitted.get(key):
@@ -150,7 +150,7 @@ def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:
 
 
 def surely_admitted(eom: Equations, p: Array) -> Mask:
-    """With which rows of values of the parameters `check_values` surely finds nothing."""
+    """For which of k rows p (k × parameters) `check_values` certainly raises no error (k)."""
     if pieces_prescribed(eom):
         return np.zeros(len(p), dtype=bool)
     watched = ~(p == 0).any(axis=1) if eom.system.events else True
@@ -162,12 +162,12 @@ def _admitted(eom: Equations) -> Kept[bool]:
 
 
 def _reads_inputs(eom: Equations) -> bool:
-    """Whether what a motion is judged by depends on inputs."""
+    """Whether the quantities of `judged` depend on inputs."""
     return not set(eom.inputs).isdisjoint(free_symbols(eom.numeric().value(judged).groups["judged"].roots))
 
 
 def is_plain(stepper: Stepper, method: Method) -> bool:
-    """Whether a kernel runs the motion with nothing to be asked between two steps, and with nothing to be asked before it."""
+    """Whether a kernel can integrate the motion without Python, both before it and between two steps."""
     eom = stepper.eom
     return (
         method.name in INTEGRATORS
@@ -183,7 +183,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
 
 
 class Runner:
-    """A kernel with its arrays, for one motion at a time."""
+    """A kernel with its arrays, which integrates one motion at a time: `take` parameters, `begin` at a start, `run`."""
 
     def __init__(
         self,
@@ -220,7 +220,7 @@ class Runner:
         self._bind(stepper.now, stepper)
 
     def _bind(self, now: Routines, stepper: Stepper) -> None:
-        """The kernel is called with these values of the parameters from now on."""
+        """Binds the kernel to the parameters of `now`."""
         name, now = self.method.name, on_their_sides(now)
         self.r = now.inputs(self.span[0], self.y)
         arguments = Arguments(name, now, self.span[0], self.s, self.y)
@@ -236,12 +236,12 @@ class Runner:
         self.kernel = kernel_of(name, now, self.holding is not None).bound(self.given | {"limit": 0})
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
-        """The next motions have these values of the parameters, which are checked.
+        """Sets the values of the parameters for the next motions, after checking them.
 
         Raises
         ------
         SimulationError
-            if there is no motion with them
+            if a value is not admissible
         """
         p = np.array([constants[s] for s in eom.parameters])
         told = p.tobytes()
@@ -264,14 +264,14 @@ class Runner:
         self.told = told
 
     def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
-        """(q, u, a) from start values; None where a motion from there has to be judged otherwise.
+        """(q, u, a) from start values; None if a motion from there needs the general loop.
 
         Raises
         ------
         ValueMissingError
-            if one is missing or unknown
+            if a value is missing or unknown
         SimulationError
-            if there is no such start
+            if the start is not admissible
         """
         if self.holding is None:
             return start_state(eom, *at)
@@ -292,9 +292,9 @@ class Runner:
     def run(
         self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
     ) -> tuple[Solution | None, bool]:
-        """The motion from (q, u, a) on, and whether it surely keeps its energy; None where the start has to be judged otherwise.
+        """The motion from (q, u, a), and whether its energy balance certainly holds; None if it needs the general loop.
 
-        `constants` are what was taken, and `again` takes the motion once more.
+        `constants` are the values of the parameters; `again` repeats the motion.
         """
         begun = time.monotonic()
         self.s[:], self.y[:-1], self.y[-1], self.marks[:] = self.slots, x, 0.0, 0.0
@@ -308,7 +308,7 @@ class Runner:
             return None, False
         p = self.given["p"].copy()
         back, stiffness = self._steps(begun)
-        if (p != self.given["p"]).any():  # by actions: what is taken next is hoisted anew
+        if (p != self.given["p"]).any():  # by actions: hoisted values are evaluated anew for the next motion
             self.told = b""
             self.given["p"][:] = self.given["p"] if back is ReturnCode.LIMIT else p
         if self.holding is not None and (
@@ -316,7 +316,7 @@ class Runner:
         ):
             return None, False
         if back in _REACHED and not is_noted() and not (self.noted and back is ReturnCode.LIMIT):
-            self.states[len(self.rows) + 1 :] = self.y  # at the end, where it is no sample
+            self.states[len(self.rows) + 1 :] = self.y  # the end, if it is not a sample
             if self.some is not self.states:
                 np.take(self.states, self.few, axis=0, out=self.some)
             self.judge()
@@ -336,20 +336,20 @@ class Runner:
         return None, False
 
     def _leapt(self, eom: Equations) -> bool:
-        """Whether a quantity passes its threshold between the last step and the end, by rounding alone."""
+        """Whether the quantity of an event crosses its threshold between the last step and the end, by rounding alone."""
         own = len(eom.events)
         return bool(leapt_over(eom.events, self.given["seen"][:own], self.now.watch(self.span[1], self.y)[:own]))
 
     def _ended(
         self, eom: Equations, phase: Phase, back: ReturnCode, again: Callable[..., Any] | None = None
     ) -> Solution:
-        """The motion that is at its end, by what the arrays tell of it."""
+        """The solution of a motion that has ended, from the arrays."""
         if self._jumps(back):
             return self._with_stepped_speeds(self._with_jumps(eom, phase, again, back))
         return self._with_stepped_speeds(self.motion(eom, phase, self.states.copy(), self.s, again))
 
     def _jumps(self, back: ReturnCode) -> bool:
-        """Whether an event ends the motion, or changes its state."""
+        """Whether an event has ended the motion, or changed its state."""
         return back is ReturnCode.EVENT or any(len(jumps) for _, jumps in self.noted)
 
     def ended(
@@ -362,7 +362,7 @@ class Runner:
         met: Noted | None,
         changed: Sequence[tuple[float, Routines]] = (),
     ) -> Solution:
-        """A motion that other code has run to its end: its samples, its slots, what was noted of events, actions, dependent speeds."""
+        """The solution of a motion that other code has integrated: samples, slots, logged events, changes of dependent speeds."""
         self.states[:], self.y[:], self.s[:] = states, states[-1], s
         self.noted[:], self.changed[:] = [] if met is None else [met], changed
         if self.holding is not None and stepper is not None:
@@ -370,7 +370,7 @@ class Runner:
         return self._ended(eom, phase, ReturnCode(int(s[Slot.BACK])))
 
     def _steps(self, begun: float) -> tuple[ReturnCode, Stiffness]:
-        """The kernel's steps up to the end, or as long as there is nothing to look at; and what was told of stiffness before that."""
+        """Calls the kernel up to the end or until the general loop is needed: its last return code, the stiffness detection before."""
         stiffness, most = Stiffness(False), self.method.max_steps
         limit = RECENT if self.now.quantities else LOOKS
         while True:
@@ -391,7 +391,7 @@ class Runner:
                 return back, before
 
     def _continued(self, eom: Equations, x: Array, phase: Phase, begun: float, stiffness: Stiffness) -> Solution:
-        """A motion of many steps."""
+        """The solution of a motion of many steps, continued by the general loop."""
         with working("Simulating"), noted():
             p = self.now.p[: len(eom.parameters)]
             stepper = Stepper(eom, p, self.now.drives, self.now.settings)
@@ -399,7 +399,7 @@ class Runner:
             return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 
     def _logged_events(self) -> list[Noted]:
-        """What was noted of events and actions, part by part: rows (t, event) and rows of `jumps`; and of dependent speeds."""
+        """Collects from the kernel logged events, one pair of tables for each call, and changes of dependent speeds."""
         s, width = self.s, 2 * len(self.y) + 2
         self.changed += self.holding.changes() if self.holding is not None else ()
         if s[Slot.LOGGED]:
@@ -409,7 +409,7 @@ class Runner:
         return self.noted
 
     def _with_jumps(self, eom: Equations, phase: Phase, again: Callable[..., Any] | None, back: ReturnCode) -> Solution:
-        """The motion with two samples where an event changes its state, before and after."""
+        """The solution with two samples, before and after, where an event changes the state."""
         n, count, events = len(self.y), int(self.s[Slot.SAMPLE]), eom.events
         met = [(events[int(k)], t) for log, _ in self.noted for t, k in log.tolist()]
         later, instants = self.times[:count], np.concatenate([jumps[:, 0] for _, jumps in self.noted])
@@ -449,7 +449,7 @@ class Runner:
         )
 
     def _with_stepped_speeds(self, motion: Solution) -> Solution:
-        """The motion with the dependent speeds that were stepped."""
+        """The solution with the segments and samples of the dependent speeds that were used."""
         if self.holding is None:
             return motion
         stepper = self.holding.stepper
@@ -466,7 +466,7 @@ class Runner:
     def motion(
         self, eom: Equations, phase: Phase, states: Array, s: Array, again: Callable[..., Any] | None = None
     ) -> Solution:
-        """The motion that reached the end, by its samples and by s there."""
+        """The solution of a motion that reached the end of the span, from its samples and the final slots s."""
         return Solution(
             eom,
             self.t.copy(),
@@ -491,43 +491,43 @@ class Runner:
 
 
 def stepped_along(eom: Equations, changed: Sequence[tuple[float, Routines]], t: Array) -> list[Equations]:
-    """The equations that are stepped at times t, where dependent speeds were changed."""
+    """The equations in use at times t, given the changes of dependent speeds."""
     every = [eom, *(now.eom for _, now in changed)]
     counts = np.diff(np.searchsorted(t, [at for at, _ in changed]), prepend=0, append=len(t))
     return [one for one, count in zip(every, counts.tolist(), strict=True) for _ in range(count)]
 
 
 class SingleRunner(Protocol):
-    """What runs one motion at a time, as `Runner` does: values of parameters, then a start, then the motion from there."""
+    """An object that integrates one motion at a time, as `Runner` does: `take` parameters, `begin` at a start, `run`."""
 
     usual: dict[Expr, float]
     options: Mapping[str, Any]
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
-        """The next motions have these values of the parameters."""
+        """Sets the values of the parameters for the next motions."""
 
     def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
-        """(q, u, a) from start values; None where a motion from there has to be judged otherwise."""
+        """(q, u, a) from start values; None if a motion from there needs the general loop."""
 
     def run(
         self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
     ) -> tuple[Solution | None, bool]:
-        """The motion, and whether it surely keeps its energy; None where it has to be judged otherwise."""
+        """The motion, and whether its energy balance certainly holds; None if it needs the general loop."""
 
 
 class Runners:
-    """The runners of one plan of motions, as many as have run at the same time, after so many calls without one."""
+    """The runners of one plan, as many as were in use at the same time; the `first` calls are made without one."""
 
     def __init__(self, first: int = 0) -> None:
         self._free, self._left, self.is_plain = list[SingleRunner](), first, True
 
     def ready(self) -> bool:
-        """Whether motions of the plan are run so, this call being counted."""
+        """Whether a runner is to be used for this call, which is counted."""
         self._left -= 1
         return self.is_plain and self._left < 0
 
     def take(self, made: Callable[[], SingleRunner | None]) -> SingleRunner | None:
-        """A free one, or the one that is `made`; None where there is none for such motions."""
+        """A free runner, or a new one by `made()`; None if the motions of the plan need the general loop."""
         try:
             return self._free.pop()
         except IndexError:
@@ -536,5 +536,5 @@ class Runners:
             return runner
 
     def give_back(self, runner: SingleRunner) -> None:
-        """It is free again."""
+        """Marks a runner as free."""
         self._free.append(runner)

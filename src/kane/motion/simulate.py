@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`simulate`: integrate the compiled equations of motion, in machine code or by SciPy's solvers and SUNDIALS'; and its warnings."""
+"""`simulate`: integrate the compiled equations of motion, in machine code or by solvers of SciPy or SUNDIALS; warnings on results."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -47,7 +47,7 @@ from kane.progress import check_whole, noted, working
 
 if TYPE_CHECKING:
     from kane.motion.contact_batch import (
-        ContactBatch,  # what goes from mode to mode of contacts takes its time to import
+        ContactBatch,  # motions with contacts are slow to import
     )
 
 
@@ -160,7 +160,7 @@ def simulate(
 
 
 def _runs(eom: Equations) -> Callable[..., Solution]:
-    """What runs motions of the equations; what goes from mode to mode of contacts takes its time to import."""
+    """The function that integrates motions of the equations; that for contacts is slow to import."""
     if not eom.system.contacts:
         return run
     from kane.motion.contact_motion import run_over_time
@@ -169,7 +169,7 @@ def _runs(eom: Equations) -> Callable[..., Solution]:
 
 
 def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
-    """What is kept on the equations of the motions of a plan with these inputs, where they are numbers; from the second motion on."""
+    """The runners stored with the equations for a plan with these inputs, used from the second motion on; None if inputs vary."""
     if not are_fixed(inputs):
         return None
     try:
@@ -183,7 +183,7 @@ def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings 
         if runners is None:
             kept.put(key, runners := Runners(first=1))
         return runners
-    except (TypeError, ValueError):  # what cannot be kept is said to be wrong, or served, as ever
+    except (TypeError, ValueError):  # arguments without a key: the caller handles or rejects them
         return None
 
 
@@ -192,7 +192,7 @@ def _plans(eom: Equations) -> Kept[Runners]:
 
 
 def are_fixed(inputs: Any) -> bool:
-    """Whether inputs are numbers, or expressions that hold no parameters, one each."""
+    """Whether each input is a number, or an expression without parameters."""
     return not inputs or (isinstance(inputs, dict) and all(map(_is_fixed, inputs.values())))
 
 
@@ -211,7 +211,7 @@ def repeated(
     settings: Settings | None,
     check: Sequence[Any],
 ) -> Solution | None:
-    """A motion from q, u, further states with parameters, `at`, by what is kept of its plan; None where that cannot judge it."""
+    """The motion from `at` = (q, u, states, parameters) by a stored runner; None if it needs the general loop."""
     if runners is None or at[0] is None or at[1] is None or not runners.ready():
         return None
     runner = runners.take(lambda: single_runner(eom, plan, inputs, settings))
@@ -231,7 +231,7 @@ def repeated(
 def by_runner(
     runner: SingleRunner, eom: Equations, plan: Plan, at: tuple[Any, Any, Any, Any], inputs: Any
 ) -> tuple[Solution | None, bool]:
-    """A motion by a runner that no other one has, and whether it surely keeps its energy; None where the runner cannot judge it."""
+    """The motion by a runner in exclusive use, and whether its energy balance certainly holds; None if it needs the general loop."""
     q, u, states, parameters = at
     if parameters is None:
         runner.usual = runner.usual or parameter_values(eom.system, None)
@@ -243,7 +243,7 @@ def by_runner(
 
 
 def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The options of a plan, those that are not given as a motion has them that goes on from `start`, and its bounds."""
+    """The options of a plan, with those left out taken from `start` or the defaults, and its limits."""
     given = {name: copy(getattr(plan, name)) for name in OPTIONS if name != "settings"}
     bounds = {name: getattr(plan, name) for name in ("max_steps", "max_seconds", "first_step")}
     return merged_options(given | {"settings": settings}, start), bounds
@@ -252,9 +252,9 @@ def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> t
 def runner_of(
     eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None = None
 ) -> Runner | None:
-    """A kernel bound for the motions of a plan, where nothing has to be looked after on their way.
+    """A runner for the motions of a plan; None if they need Python between two steps.
 
-    Inputs that hold parameters take these `parameters`, and the runner is for motions with them alone.
+    `parameters`, if given, are inserted in the inputs, and the runner is for motions with these values only.
     """
     span, constants = check_span(plan.span), None if parameters is None else parameter_values(eom.system, parameters)
     method, drives, options = _method_and_inputs(eom, plan, inputs, settings, parameters)
@@ -273,7 +273,7 @@ def runner_of(
 
 
 def single_runner(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> SingleRunner | None:
-    """What runs the motions of a plan one at a time, in one call of machine code each; None where Python is asked on the way."""
+    """A runner for single motions of a plan, one call of machine code each; None if they need Python between two steps."""
     own = runner_of(eom, plan, inputs, settings)
     contacts = contacts_of(eom, plan, inputs, settings) if own is None else None
     return own if contacts is None else contacts.single()
@@ -282,7 +282,7 @@ def single_runner(eom: Equations, plan: Plan, inputs: Any, settings: Settings | 
 def contacts_of(
     eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None = None
 ) -> "ContactBatch | None":
-    """What runs the motions of a plan with contacts; None where others have a part in them."""
+    """A runner for motions of a plan with contacts; None without contacts, or if the motions need other code."""
     if not eom.system.contacts:
         return None
     from kane.motion.contact_batch import ContactBatch, leads_contacts
@@ -297,14 +297,14 @@ def contacts_of(
 def _method_and_inputs(
     eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None
 ) -> tuple[Method, Mapping[Expr, Any], dict[str, Any]]:
-    """The method and the inputs of the motions of a plan, which may hold `parameters` where these are given, and the options."""
+    """The method, inputs and options of the motions of a plan; inputs may contain `parameters` if these are given."""
     options, bounds = _options(plan, settings, None)
     known = None if parameters is None else given_parameters(parameters) | parameter_values(eom.system, parameters)
     return solver(options, bounds), input_functions(eom, inputs, check_span(plan.span), known), options
 
 
 def _check_time(t: float | None, t0: float, t1: float) -> None:
-    """Start values of a time `t` begin a span there."""
+    """A SimulationError unless the span begins at the time `t` of the start values."""
     if t is not None and abs(t0 - t) > SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(
             f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
@@ -313,16 +313,16 @@ def _check_time(t: float | None, t0: float, t1: float) -> None:
 
 
 _MORE = 4
-"""A motion that is taken once more, or finer, has at most so many times as many steps."""
+"""Limit of the steps of a repeated motion, as a multiple of those of the first."""
 
 
 def repeating(start: Solution | None, given: dict[str, Any]) -> Callable[..., Any]:
-    """What takes a motion once more, from its beginning or the end of `start`: a function of the motion."""
+    """A function of a motion that repeats it, from its beginning or from the end of `start`."""
     return partial(_again, start, given)
 
 
 def _given(parameters: Any, inputs: Any, first: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What a motion is given once more, as it is now: what was given may be changed for the next one."""
+    """Copies of the arguments for a repetition, since the caller may change the originals."""
     own = {name: options[name] for name in ("breakpoints", "settings", "max_step")}
     parameters, inputs = (dict(x) if isinstance(x, Mapping) else copy(x) for x in (parameters, inputs))
     return own | {"parameters": parameters, "inputs": inputs, "first_step": first}
@@ -336,7 +336,7 @@ def _again(
     variational: bool = False,
     **more: Any,
 ) -> Solution | Array:
-    """The same motion once more: at other times, or finer, at other tolerances; or its errors by the variational equations."""
+    """Repeats a motion with other samples, or with smaller tolerances or steps; or its errors by the variational equations."""
     if variational:
         own = solution.phases[0], (float(solution.t[0]), float(solution.t[-1]))
         known = breakpoints_of(solution.equations, *own, given["breakpoints"] or ())
@@ -346,13 +346,13 @@ def _again(
     else:
         more |= {"rtol": solution.rtol, "atol": solution.atol}
     more["max_steps"] = max(MOST_STEPS, _MORE * solution.steps)
-    # where others have led on, "auto" finds them again
+    # if several methods were used, "auto" chooses them again
     method = AUTO if ", " in solution.method else solution.method
     begin: dict[str, Any] = (
         {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0]} if start is None else {"start": start}
     )
     times = distinct(solution.t if samples is None else samples).tolist()
-    with warnings.catch_warnings():  # of what is wrong with the motion it has warned
+    with warnings.catch_warnings():  # the motion itself has given these warnings
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])
         result: Solution = check_whole(
@@ -362,7 +362,7 @@ def _again(
 
 
 def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
-    """With a longest step that is half as long, as it may be what limits steps."""
+    """The arguments with half the largest step, as this may limit the steps."""
     longest = given["max_step"]
     if longest is None and asked(tuple(solution.inputs.values())):
         longest = (solution.t[-1] - solution.t[0]) / STEPS_ASKED
@@ -374,7 +374,7 @@ def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
 
 
 def check_conserved(solution: Solution, functions: Sequence[Any]) -> None:
-    """Warn of an energy, or another function, that changes along the motion though it should not."""
+    """Warn if the energy minus work, or another function that should be constant, changes along the motion."""
     if solution.status != "stopped" and not solution.keeps_energy:
         warn(_wrong_energy(solution))
     if functions:
@@ -392,12 +392,12 @@ def _wrong_energy(solution: Solution) -> str:
 
 
 _STEEPEST = 0.4
-"""Slopes up to which beams are followed. The strain energy is quadratic in v'' in both forms: a force at the tip that makes this slope
-bends a cantilever 7 % further than the elastica, with an error that grows as the square of the slope."""
+"""Largest slope for which beams are valid. The strain energy is quadratic in v'' in both forms: under a tip force with this slope a
+cantilever deflects 7 % more than the elastica; the error grows as the square of the slope."""
 
 
 def warn_of_beams(solution: Solution) -> None:
-    """Warn of beams that spin faster, or bend further, than what they are declared with has it."""
+    """Warn of beams that rotate faster, or deflect further, than their declared model allows."""
     for beam in solution.equations.system.bodies:
         if isinstance(beam, Beam):
             for said, category in doubts(beam, _spin(solution, beam), solution.parameters):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a motion starts with: its arguments checked, the model at the first state, and where rates are not determined there.
+"""Checks at the start of a motion: its arguments, the model at the initial state, and rates that are not determined there.
 
 Rates of coordinates follow from speeds by W of q̇ = W u + X, whose pivots are compared with their size at a random configuration:
-cos q2 = 6e-17 at q2 = π/2 is zero. Where the mass matrix is singular but for rounding, the accelerations are finite by chance.
+cos q2 = 6e-17 at q2 = π/2 counts as zero. If the mass matrix is singular up to rounding, finite accelerations mean nothing.
 """
 
 import math
@@ -33,7 +33,7 @@ from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELAT
 
 
 class Vanishing(NamedTuple):
-    """A pivot of W, its value at a state, and its size there relative to that at a random configuration."""
+    """A pivot of W, its value at a state, and its magnitude relative to that at a random configuration."""
 
     pivot: Expr
     value: float
@@ -41,7 +41,7 @@ class Vanishing(NamedTuple):
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The coordinates that it holds."""
+        """The coordinates in the pivot."""
         return tuple(s for s in free_symbols([self.pivot]) if isinstance(s, Coordinate))
 
     def __str__(self) -> str:
@@ -49,7 +49,7 @@ class Vanishing(NamedTuple):
 
 
 def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
-    """The pivots of W that change with the configuration, the smallest first."""
+    """The pivots of W that depend on the configuration, the relatively smallest first."""
     found = moving(eom)
     if not found:
         return []
@@ -62,12 +62,12 @@ def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
 
 
 def moving(eom: Equations) -> list[Expr]:
-    """The pivots of W that change with the configuration."""
+    """The pivots of W that depend on the configuration."""
     return [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
 
 
 def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
-    """Y must be invertible at the start; the error names the pivot of W that vanishes, and the rates that are left open."""
+    """A SimulationError if Y is singular at the start; it names the pivots of W that vanish, and the undetermined rates."""
     small = pivots(eom, values)
     if not small:
         return
@@ -89,9 +89,9 @@ def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
 def regular_otherwise(
     eom: Equations, values: Mapping[Expr, Any], admitted: AdmittedSpeeds, made: Callable[..., Equations]
 ) -> Equations | None:
-    """Equations with other dependent speeds that follow at a state where those of `eom` do not, and whose W has no pole there.
+    """Equations with other dependent speeds, determined at a state, whose W is farther from a pole than that of `eom`; or None.
 
-    `made` keeps what is derived anew: made(repartition, partition).
+    `made(repartition, partition)` derives and stores the equations.
     """
     assert eom.embedding is not None
     others = admitted.others(values, eom.embedding.partition.dependent)
@@ -103,9 +103,9 @@ def regular_otherwise(
 
 
 def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array | None:
-    """x with Y x = 0, the rows and columns of Y measured by their size at a random configuration; None where Y is regular.
+    """x with Y x = 0, with rows and columns of Y divided by their sizes at a random configuration; None if Y is regular.
 
-    A row that vanishes at this configuration alone must count as zero, whatever is left of it by rounding.
+    So a row that vanishes at this configuration only counts as zero, although rounding leaves a remainder.
     """
     y = np.asarray(evaluate(Matrix(rows), values), dtype=float)
     usual = np.abs(np.array(sample([x for row in rows for x in row], SEED)).reshape(y.shape))
@@ -117,13 +117,13 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
 
 
 def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
-    """What to add to the message of a motion that broke off near a singularity of W, if it did."""
+    """The addition to the message of a motion that stopped near a singularity of W; "" if it did not."""
     near = [r for r in pivots(eom, values) if r.relative < MOTION_RANK]
     return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""
 
 
 def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
-    """M of a system without constraints must determine u̇ at the start; the error names the accelerations that it leaves open."""
+    """A SimulationError if M of a system without constraints is singular at the start; it names the undetermined accelerations."""
     m = mass_matrix_in_doubt(eom.solved, values)
     if m is None:
         return
@@ -137,11 +137,11 @@ def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> N
 
 
 _TIMES = 1000
-"""So many numbers at least must lie within a time span."""
+"""Least number of spacings of floating-point numbers in a time span."""
 
 
 class _Bounded(NamedTuple):
-    """A number of a body, or a column of it, that must not be below zero, or zero where it must be `above`; what is said of it."""
+    """Values of a measure that must be ≥ 0, or > 0 if `above`, with the `expected` in words and the measure as `written`."""
 
     value: Any
     above: bool
@@ -150,7 +150,7 @@ class _Bounded(NamedTuple):
 
 
 def _bounded(eom: Equations, constants: Mapping[Expr, Any]) -> Iterator[_Bounded]:
-    """What beams are made of, masses, and least moments of inertia, at values of the parameters."""
+    """Measures of beams, masses, and least principal moments of inertia, at values of the parameters."""
     for beam in eom.system.bodies:
         for what, measure in beam.measures() if isinstance(beam, Beam) else ():
             yield _Bounded(evaluate(measure, constants), True, f"{what} of {beam.name} above zero", measure)
@@ -163,7 +163,7 @@ def _bounded(eom: Equations, constants: Mapping[Expr, Any]) -> Iterator[_Bounded
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """No mass below zero with the parameters' values, and nothing of a beam that is not above zero."""
+    """A SimulationError if a mass or moment of inertia is negative, or a measure of a beam not above zero."""
     for value, above, expected, written in _bounded(eom, constants):
         if value < 0 or (above and not value > 0):
             came = "" if written is None else f"{cut(written)} = "
@@ -173,7 +173,7 @@ def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
 
 
 def surely_have_mass(eom: Equations, columns: Mapping[Expr, Array], count: int) -> Mask:
-    """For which of so many values of the parameters `check_masses` surely finds nothing."""
+    """For which of `count` sets of parameters, in `columns`, `check_masses` certainly raises no error (count)."""
     sure = np.ones(count, dtype=bool)
     for value, above, *_ in _bounded(eom, columns):
         sure &= np.asarray(value > 0 if above else value >= 0)
@@ -181,7 +181,7 @@ def surely_have_mass(eom: Equations, columns: Mapping[Expr, Array], count: int) 
 
 
 def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:
-    """What is said of bodies without mass and inertia at the values of the parameters; "" where there are none."""
+    """The addition to a message on bodies without mass and inertia at the values of the parameters; "" if there are none."""
     names = []
     for part in parts_of(eom.system.bodies):
         known = all(s in constants for s in free_symbols([part.mass]))
@@ -191,7 +191,7 @@ def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:
 
 
 def check_span(span: Any) -> tuple[float, float]:
-    """(t0, t1) with t1 > t0."""
+    """(t0, t1), or a SimulationError unless t1 > t0, both finite, with enough floating-point numbers between them."""
     try:
         t0, t1 = (float(x) for x in span)
     except (TypeError, ValueError) as error:
@@ -211,7 +211,7 @@ def check_span(span: Any) -> tuple[float, float]:
 
 
 def check_tolerance(name: str, value: float) -> float:
-    """A tolerance above zero; a relative one that numbers can hold, and that says something."""
+    """A tolerance, or a SimulationError unless it is above zero, and a relative one from EPS to below 1."""
     number = finite_number("tolerance", name, value)
     if isinstance(value, bool | np.bool_) or not number > 0:
         raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
@@ -224,7 +224,7 @@ def check_tolerance(name: str, value: float) -> float:
 
 
 def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> Array:
-    """Increasing times within the span (n)."""
+    """Increasing sample times within the span (n), from their number or the times; a SimulationError if they are not admissible."""
     t0, t1 = span
     if isinstance(samples, int | np.integer):
         if samples < 2:
@@ -244,7 +244,7 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
 
 
 def _out_of_order(times: Array, span: tuple[float, float]) -> str:
-    """What is wrong with times of samples, and what to do."""
+    """What is wrong with sample times, and how to correct them."""
     if times.ndim == 0:
         return f"the number {float(times):g}. Give samples=[{float(times):g}] for a time."
     if times.ndim > 1:
@@ -256,16 +256,16 @@ def _out_of_order(times: Array, span: tuple[float, float]) -> str:
 
 
 def check_steps(most: Any) -> int:
-    """How many steps may be taken: a whole number above zero."""
+    """The largest number of steps; a SimulationError unless it is a whole number above zero."""
     if isinstance(most, bool) or not isinstance(most, int | np.integer) or most < 1:
         raise SimulationError(f"Expected max_steps to be a whole number above 0, got {cut(repr(most))}.")
     return int(most)
 
 
 def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapping[Expr, Any]]) -> None:
-    """The model must hold at the start; the user's own events may start on either side of their thresholds.
+    """A SimulationError if the model is not valid at the start; the user's own events may start on either side of their thresholds.
 
-    What rounding leaves of the speeds that a slip is made of is none; `at` gives a number for every symbol.
+    A slip that is zero up to rounding of its terms counts as zero; `at()` returns a number for every symbol.
     """
     own = {e.name for e in eom.system.events}
     for event, value in zip(eom.events, values, strict=True):
@@ -284,7 +284,7 @@ def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapp
 
 
 def _speeds(slip: Expr, values: Mapping[Expr, Any]) -> float:
-    """The speeds that a slip, |v| or √(v·v), is made of."""
+    """The size of the terms of a slip, |v| or √(v·v)."""
     inner = slip.args[0] if slip.op in (SQRT, OPS["abs"]) else slip
     terms = float(evaluate(size(inner, {}), values))
     return math.sqrt(terms) if slip.op is SQRT else terms
@@ -293,7 +293,7 @@ def _speeds(slip: Expr, values: Mapping[Expr, Any]) -> float:
 def check_rates(
     names: Sequence[str], rates: Array, t: float, why: Callable[[], str], load: Callable[[], str] = lambda: ""
 ) -> None:
-    """Finite rates at the start; `why` says what is not finite first, `load` whether that is a load."""
+    """A SimulationError if rates are not finite at the start; `why` names the first such value, `load` a load that is the cause."""
     bad = [n for n, v in zip(names, rates, strict=False) if not np.isfinite(v)]
     if bad:
         told = load() or (
@@ -305,7 +305,7 @@ def check_rates(
 
 
 def check_longest(name: str, kind: str, what: str, longest: Any) -> float:
-    """The longest step, or time by the clock, above zero; infinite where none is given."""
+    """The largest step, or elapsed time; infinite if none is given, a SimulationError unless it is above zero."""
     if longest is None:
         return float("inf")
     number = finite_number(kind, name, longest)
@@ -315,7 +315,7 @@ def check_longest(name: str, kind: str, what: str, longest: Any) -> float:
 
 
 def check_first_step(first: Any, longest: Any, method: str) -> float | None:
-    """The length of the first step, above zero and no longer than the longest; None where none is given."""
+    """The length of the first step, or None; a SimulationError unless it is above zero and at most the largest step."""
     if first is None:
         return None
     number = finite_number("length", "first_step", first)
@@ -333,7 +333,7 @@ def check_first_step(first: Any, longest: Any, method: str) -> float | None:
 
 
 def check_breakpoints(times: Any) -> tuple[float, ...]:
-    """Times at which steps must end, in order."""
+    """Times at which steps must end, in order, each once; a SimulationError if one is not finite."""
     cure = "Give a sequence of times in s."
     found = distinct(expect.floats(times, "breakpoints as times", cure, error=SimulationError).ravel())
     if not np.all(np.isfinite(found)):

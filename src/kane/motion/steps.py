@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion while it is stepped: the constraints kept, the dependent speeds changed.
+"""The state of an integration on constraints: projection, and changes of the dependent speeds.
 
-Which are dependent is judged by the numbers at a state and the sizes that entries of A have had. Where the rank
-of the constraints drops at a configuration, the accelerations are those of least size in the mass metric that the constraints leave.
+The dependent speeds are chosen by A at a state and the largest entries that A has had. Where the rank of the constraints drops at a
+configuration, the accelerations are those nearest to M⁻¹ f in the mass metric under the remaining constraints.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ from kane.numeric.scale import BETTER, MOTION_RANK, POOR, UNUSABLE
 from kane.program.native.machine import Settings
 
 _WELL = 2.5
-"""Quality over the least one at which kernels take up a motion again."""
+"""Multiple of the least quality of dependent speeds at which a kernel resumes a motion."""
 _TAKES_PART = 0.01
 """Share of the largest coefficient above which a constraint is named among those that lose rank together."""
 
@@ -49,9 +49,9 @@ _TAKES_PART = 0.01
 class Stepper:
     """One motion of the equations `first`: `rate(t, y)` and `keep(t, y)` with y = (q, u, a, ∫P dt).
 
-    What changes on the way: `now`, the routines of the dependent speeds that are stepped; `lost`, whether rank is lost; `side`, the
-    sign of the dependent block's determinant; `reach`, the sizes that the entries of A have had; `mixes`, what counts in the places of
-    its rows. `segments` and `changes` tell of it.
+    Mutable: `now`, the routines with the present dependent speeds; `lost`, whether rank is lost; `side`, the sign of the determinant
+    of the dependent block; `reach` (m × n), the largest entries of A so far; `mixes`, combinations that replace its rows when rank is
+    decided. `segments` and `changes` record the changes.
     """
 
     def __init__(
@@ -73,18 +73,18 @@ class Stepper:
 
     @property
     def eom(self) -> Equations:
-        """The equations that are stepped."""
+        """The equations with the present dependent speeds."""
         return self.now.eom
 
     def rate(self, t: float, y: Array) -> Array:
-        """(q̇, u̇, P)."""
+        """(q̇, u̇, ȧ, P) at t and y."""
         if not self.lost:
             return self.now.rate(t, y)
         numbers = self._numbers(t, y)
         return self.now.least_rate(t, y, numbers.m, numbers.a, self.reach, self.mixes[1])
 
     def slopes(self, t: float, y: Array) -> Array:
-        """∂(q̇, u̇, P)/∂y, those of the dependent speeds that are stepped."""
+        """J = ∂(q̇, u̇, ȧ, P)/∂y with the present dependent speeds."""
         eom, found = self._slopes
         if eom is not self.eom:
             found = exact(self.now)
@@ -96,7 +96,7 @@ class Stepper:
         return self.projection.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t, y))
 
     def keep(self, t: float, y: Array) -> tuple[Array, Numbers | None]:
-        """y moved onto the constraints, and their numbers there."""
+        """y projected onto the constraints, and their numbers there, whose sizes are included in `reach`."""
         if self.projection is None:
             return y, None
         width = self.now.width
@@ -109,20 +109,20 @@ class Stepper:
         return np.append(x, y[width:]), numbers
 
     def turned(self, numbers: Numbers | None) -> str:
-        """Which closures were moved onto a branch that they do not mean, in words; "" where none was."""
+        """The closures that projection has moved to a branch other than the intended one, as text; "" if there are none."""
         return "" if numbers is None or self.projection is None else self.projection.turned(numbers)
 
     def missed(self, t: float, y: Array, numbers: Numbers | None, tolerances: Tolerances) -> str:
-        """Which constraint is missed at y, which was moved onto them, in words; "" where all hold within the tolerances."""
+        """The constraint that is violated at the projected y by more than the tolerances allow, as text; "" if there is none."""
         if numbers is None:
             return ""
         x = y[: self.now.width]
         return missed(self.eom, numbers, x, self.reach, tolerances, lambda: self.now.values(t, y))
 
     def sample(self, t: float, y: Array) -> tuple[Array, Equations]:
-        """y moved onto the constraints, and equations whose dependent speeds are determined there.
+        """y projected onto the constraints, and equations whose dependent speeds are determined there.
 
-        A step may lead across a state at which those that are stepped are singular.
+        The present ones may be singular at a state within a step.
         """
         kept, numbers = self.keep(t, y)
         if numbers is None or not self._chosen_from(numbers):
@@ -130,17 +130,17 @@ class Stepper:
         return kept, determined(self.numeric, self.eom, numbers, self.reach, self.mixes[1])
 
     def regularize(self, t: float, y: Array) -> bool:
-        """Choose other dependent speeds where W has a pole with the present ones and none with those; says whether it was so."""
+        """Changes the dependent speeds if W has a pole with the present ones but not with others; returns whether it did."""
         other = self.regular(t, y)
         if other is None:
             return False
         self._take(other, t)
-        # the rows of these equations may be other ones
+        # the new equations may have other rows
         self.reach, self.mixes = np.zeros_like(self.reach), (None, None)
         return True
 
     def regular(self, t: float, y: Array) -> Equations | None:
-        """Equations with other dependent speeds that follow where those that are stepped do not, and whose W has no pole there."""
+        """Equations with other dependent speeds, determined at y, whose W is farther from a pole there; None if there are none."""
         values = self.now.values(t, y)
         if self.admitted is None and self.eom.embedding is not None and moving_pivots(self.eom.derived):
             self.admitted = AdmittedSpeeds(self.eom.derived, values)
@@ -149,9 +149,9 @@ class Stepper:
         return regular_otherwise(self.eom, values, self.admitted, self.numeric.value)
 
     def settle(self, t: float, y: Array, numbers: Numbers | None, pole: bool = True) -> bool:
-        """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed.
+        """Changes the dependent speeds where the present ones are poorly determined; returns whether these, or `lost`, have changed.
 
-        `pole` says whether W may have one near y.
+        `pole`: whether W may have a pole near y.
         """
         before = (self.eom, self.lost)
         if pole and self.regularize(t, y):
@@ -182,22 +182,22 @@ class Stepper:
     def jumped(self, numbers: Numbers | None) -> bool:
         """Whether the dependent block was singular since `settle` was last called: its determinant has changed sign.
 
-        On the way its inverse was as large as chance would have it, and none of the solver's error estimates need have seen it.
+        Its inverse was unbounded in between, which the error estimates of the solver need not have detected.
         """
         if not self.side or numbers is None or not np.all(np.isfinite(numbers.a)):
             return False
         return self.side * self._side(numbers) < 0 and not self._loses_rank(numbers)
 
     def bent(self, dense: Dense, start: float, end: float, tolerances: Tolerances) -> Kink | None:
-        """The first place in a step beyond which constraints hold other positions or velocities; None where there is none."""
+        """The first corner in a step across which positions or velocities would have to jump; None if there is none."""
         if self.kinks is None:
             return None
         return self.kinks.ahead(dense, start, end, lambda t: (self.now.p, self.now.inputs(t, dense(t))), tolerances)
 
     def crosses(self, dense: Callable[[Any], Array], start: float, end: float, rank_alone: bool = False) -> bool:
-        """Whether a step leads across a state at which rank is lost, or at which the dependent speeds do not follow.
+        """Whether a step crosses a state at which rank is lost, or at which the dependent block is singular.
 
-        Such a state at one of its ends is what `settle` sees. With `rank_alone` it does not count which speeds are dependent.
+        Such a state at an end of the step is detected by `settle`. With `rank_alone` only loss of rank counts.
         """
         embedding, kept = self.eom.embedding, self.projection
         if embedding is None or kept is None:
@@ -211,7 +211,7 @@ class Stepper:
         return crosses(along, start, end)
 
     def _chosen_from(self, numbers: Numbers) -> bool:
-        """Whether there are dependent speeds, and numbers that say something of them."""
+        """Whether there are dependent speeds, and A is finite."""
         return self.eom.embedding is not None and bool(np.all(np.isfinite(numbers.a)))
 
     def _side(self, numbers: Numbers) -> float:
@@ -225,7 +225,7 @@ class Stepper:
         return share_of_rank(numbers.a, len(self.eom.dependent_speeds), self.reach, self.mixes[1]) < MOTION_RANK
 
     def _losing(self, numbers: Numbers) -> str:
-        """The constraints that take part in what is not held here, in words."""
+        """The constraints in the combinations of rows that lose rank here, as text."""
         assert self.eom.embedding is not None
         places = list(self.eom.embedding.partition.rows)
         rows, values = combinations(numbers.a[places], self.reach[places])
@@ -235,7 +235,7 @@ class Stepper:
         return ", ".join(f"{constraints[k].name!r}" for k, x in zip(places, parts, strict=True) if x)
 
     def _take(self, eom: Equations, t: float) -> None:
-        """Equations with other dependent speeds are stepped from here on."""
+        """Changes to equations with other dependent speeds at t."""
         others = [constraint_numbers] if eom.solved.twin is not self.eom.solved.twin else []
         now = stepped(eom, self.now.p, self.now.drives, self.now.settings, *others)
         if others:
@@ -243,7 +243,7 @@ class Stepper:
         self.go_over(now, t, begun=False)
 
     def go_over(self, now: Routines, t: float, begun: bool = True) -> None:
-        """Equations with other dependent speeds, compiled, are stepped from here on, and have `begun` with that."""
+        """Changes to compiled equations with other dependent speeds at t; if `begun`, a segment begins there."""
         self.now = now
         if begun:
             self.side = 0.0
@@ -263,10 +263,10 @@ class Stepper:
 
 
 def better(a: Array, present: Partition, reach: Array, may_grow: bool, mix: Mixed | None = None) -> Partition | None:
-    """Other dependent speeds where the present ones are poorly determined by A (m × n), and those much better.
+    """Other dependent speeds if the present ones are poorly determined by A (m × n), and those much better; None otherwise.
 
-    Those of more rows than the present ones come in question where the rank `may_grow`: at the start. There they are taken where the
-    rows left out surely hold more than the others do: the motion is on another branch than the configurations that were compared.
+    Choices with more rows than the present one are admitted if the rank `may_grow`, at the start. They are taken there if more rows
+    are certainly independent: the motion is on another branch than the configurations that were compared in the derivation.
     """
     now = quality(a, present, reach)
     short = may_grow and bool(present.redundant) and len(sure_rows(a, reach, mix)) > len(present.rows)
@@ -283,9 +283,9 @@ def better(a: Array, present: Partition, reach: Array, may_grow: bool, mix: Mixe
 def determined(
     first: Numeric[Equations], present: Equations, numbers: Numbers, reach: Array, mix: Mixed | None = None
 ) -> Equations:
-    """Equations whose dependent speeds are determined at a state: the present ones, or others made of the `first`.
+    """Equations whose dependent speeds are determined at a state: the present ones, or others derived from the `first`.
 
-    Where rank is lost, dependent speeds are as many as are determined: the accelerations are then those of least size.
+    Where rank is lost, only as many speeds are dependent as A determines.
     """
     assert present.embedding is not None
     partition = present.embedding.partition
@@ -300,14 +300,14 @@ def determined(
 
 
 def share_of_rank(a: Array, rank: int, reach: Array, mix: Mixed | None = None) -> float:
-    """The singular value of A (m × n) that makes its rank, over the largest; NaN where A is zero."""
+    """The singular value number `rank` of the balanced A (m × n), relative to the largest; NaN if A is zero."""
     values = combinations(a, reach, mix)[1]
     with np.errstate(invalid="ignore"):
         return float(values[rank - 1] / values[0])
 
 
 def unheld(stepper: Stepper) -> str:
-    """Why constraints are kept by Python alone, in words; "" where a kernel can."""
+    """Why only Python can keep the constraints satisfied, as text; "" if a kernel can."""
     if stepper.projection is None:
         return ""
     if stepper.kinks is not None:
@@ -318,7 +318,7 @@ def unheld(stepper: Stepper) -> str:
 
 
 def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:
-    """Whether the dependent speeds follow from the others at a state, by that share of what is wanted, so well that kernels go on."""
+    """Whether the dependent speeds are determined so well that a kernel can continue: with a quality above `share` of the least."""
     embedding = stepper.eom.embedding
     if embedding is None or numbers is None:
         return True

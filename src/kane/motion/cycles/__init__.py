@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Limit cycles: the exact derivative of a motion that events change, shooting, branches of cycles, sections."""
+"""Limit cycles of hybrid motions: shooting with exact derivatives, branches of cycles over a parameter, Poincaré sections."""

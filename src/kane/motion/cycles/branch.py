@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Cycles followed as a parameter changes, by pseudo-arclength, past values at which they turn back (`kane.numeric.arclength`).
+"""Branches of limit cycles over a parameter, by pseudo-arclength continuation past turning points (`kane.numeric.arclength`).
 
-Unknown are the independent components ξ of the start and the parameter: F(ξ, p) = T⁺ (P(x) − x) with ∂F/∂ξ = D − I and ∂F/∂p by the
-variational equations. A cycle loses its stability where a multiplier leaves the unit circle, found by bisection on the branch.
+The unknowns are the independent components ξ of the start and the parameter p: F(ξ, p) = T⁺ (P(x) − x), with ∂F/∂ξ = D − I and ∂F/∂p
+by the variational equations. A bifurcation, where a multiplier crosses the unit circle, is located by bisection on the branch.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from kane.numeric.scale import SOLVED
 from kane.progress import far, working
 
 _LEAST = np.exp(-10.0)
-"""Multipliers below count as so large where it is asked which cross the unit circle."""
+"""Lower bound of |μ| in logarithms, which locate crossings of the unit circle."""
 _KINDS = {0: "fold", 1: "flip", 2: "torus"}
 
 
@@ -100,7 +100,7 @@ class CycleBranch(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chart:
-    """F and ∂F/∂y at y = (ξ, p), each measured by its size: independent components of the start by those of the first cycle."""
+    """F and ∂F/∂y at y = (ξ, p), in units of `columns`: the sizes of ξ along the `first` cycle, and the range of p."""
 
     first: Any
     make: Callable[..., Any]
@@ -109,7 +109,7 @@ class Chart:
     columns: Array
 
     def at(self, y: Array) -> tuple[Shooting, Array]:
-        """The values of parameters and the start of a point."""
+        """The shooting problem and the start x at a point y."""
         own: Shooting = self.first.shooting
         shooting = replace(own, constants={**own.constants, self.symbol: float(y[-1] * self.columns[-1])})
         x = self.first.x.copy()
@@ -117,13 +117,13 @@ class Chart:
         return shooting, shooting.onto(x, self.first.names)
 
     def shot(self, y: Array) -> tuple[Shooting, FirstReturn, Linearized]:
-        """The motion of a point, with its derivative."""
+        """The shooting problem, the motion and the derivative of P at a point y."""
         shooting, x = self.at(y)
         shot = shooting.shot(x)
         return shooting, shot, shooting.linear(shot, (self.symbol,))
 
     def __call__(self, y: Array) -> tuple[Array, Array]:
-        """F and ∂F/∂y; infinite where there is no motion."""
+        """F and ∂F/∂y; F is infinite if the motion cannot be integrated."""
         n = len(y) - 1
         try:
             _, shot, linear = self.shot(y)
@@ -135,18 +135,18 @@ class Chart:
         return f, j
 
     def cycle(self, y: Array) -> Any:
-        """The cycle at a point of the branch."""
+        """The cycle at a point y of the branch."""
         shooting, shot, linear = self.shot(y)
         return self.make(shooting, shot, linear)
 
     def exponents(self, y: Array) -> Complex:
-        """Logarithms of the multipliers."""
+        """Logarithms of the multipliers at a point y."""
         _, _, linear = self.shot(y)
         return logarithms(linear.multipliers(self.first.map.section is not None))
 
 
 def logarithms(multipliers: Complex) -> Complex:
-    """ln μ, of real ones with the angle 0 or π."""
+    """ln μ, with the imaginary part 0 or π for real multipliers."""
     angle = np.where(multipliers.imag == 0, np.where(multipliers.real < 0, np.pi, 0.0), np.angle(multipliers))
     return np.asarray(np.log(np.maximum(np.abs(multipliers), _LEAST)) + 1j * angle)
 
@@ -205,7 +205,7 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
 def _changes(
     chart: Chart, curve: ImplicitCurve, points: Any, cycles: list[Any], marks: list[int]
 ) -> tuple[CycleChange, ...]:
-    """Where a multiplier crosses the unit circle."""
+    """The bifurcations of the branch, where a multiplier crosses the unit circle."""
     roots = [logarithms(c.multipliers) for c in cycles]
 
     def middle(a: Array, b: Array) -> Array | None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`limit_cycle`: a motion that comes back to its start, found by shooting, with its Floquet multipliers."""
+"""`limit_cycle`: a periodic motion, found by shooting, with its Floquet multipliers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -113,7 +113,7 @@ def _number(m: complex) -> str:
 
 
 def of_shot(shooting: Shooting, shot: FirstReturn, linear: Linearized, steps: int = 0) -> LimitCycle:
-    """The record of a cycle that was found."""
+    """The LimitCycle of a converged shot."""
     map_ = shooting.map
     start = map_.state(shot.x, parameters=dict(shooting.constants), inputs=map_.inputs)
     found = linear.multipliers(map_.section is not None)

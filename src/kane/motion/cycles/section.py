@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`poincare`: the states at which a motion passes a section, one after the other."""
+"""`poincare`: the successive states at which a motion passes a Poincaré section."""
 
 from dataclasses import dataclass
 from typing import Any, Unpack

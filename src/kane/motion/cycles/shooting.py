@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shooting: Newton's method on r(x) = P(x) − x.
+"""Single shooting: Newton's method for r(x) = P(x) − x = 0.
 
-P is the map to the section or over a period (Parker & Chua 1989, ch. 5). With T the changes of the start that constraints allow, and
-D = ∂P/∂x by the variational equations and saltation matrices,
+P is the map to the section or over a period (Parker & Chua 1989, ch. 5). With a basis T of the changes of the start that constraints
+admit, and D = ∂P/∂x by the variational equations and saltation matrices,
 
     (I − T⁺ D T) ξ = T⁺ r,      x ← x + T ξ
 
-On a section D f = 0 along the flow f of the start: the trivial multiplier is 0 there in the place of 1, and I − D is regular.
+On a section D f = 0 for the rates f at the start: the trivial multiplier is 0 instead of 1, and I − D is regular.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ _SAMPLES = 501
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstReturn:
-    """A motion from x, r = P(x) − x, the sizes of x along it, and how far its first rates lead in T/2π."""
+    """A motion from x, `left` r = P(x) − x, the sizes `scale` of x along it, and `way`, its initial rates times T/2π."""
 
     x: Array
     motion: Solution
@@ -46,25 +46,25 @@ class FirstReturn:
 
     @property
     def moves(self) -> bool:
-        """Whether it leads anywhere: a section that is met at once is no end of a cycle."""
+        """Whether the motion leaves its start: a section that is reached at once does not end a cycle."""
         return bool(np.abs(self.way / self.scale).max(initial=0.0) > SIX_DIGITS)
 
     @property
     def size(self) -> float:
-        """The largest |r| of its component's size."""
+        """The largest |r|, relative to the size of its component."""
         return float(np.abs(self.left / self.scale).max(initial=0.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shooting:
-    """Newton's method on P(x) = x at values of the parameters; components `cyclic` may be others at the end."""
+    """Newton's method for P(x) = x at values `constants` of the parameters; the components `cyclic` need not return."""
 
     map: ReturnMap
     constants: dict[Expr, float]
     cyclic: tuple[str, ...]
 
     def onto(self, x: Array, names: Sequence[str]) -> Array:
-        """The state of the constraints with the components `names` of x, the others near to it."""
+        """A state on the constraints with the components `names` of x, and other components near those of x."""
         eom = self.map.eom
         if not eom.constraints.constraints:
             return x
@@ -81,7 +81,7 @@ class Shooting:
         return start_state(eom, found.q, found.u, x[u:])
 
     def shot(self, x: Array, samples: Any = ()) -> FirstReturn:
-        """The motion from x."""
+        """The motion from x with its residual."""
         motion = self.map(x, self.constants, samples)
         left = motion.states[-1] - x
         left[self._cyclic] = 0.0
@@ -90,7 +90,7 @@ class Shooting:
         return FirstReturn(x, motion, left, self._sizes(np.maximum(np.abs(motion.states).max(axis=0), way)), way)
 
     def _sizes(self, size: Array) -> Array:
-        """By what components are measured: their size, at least a tenth of the largest of their kind."""
+        """The sizes to which components are compared: their own, but at least a tenth of the largest of their kind."""
         eom = self.map.eom
         kinds = np.split(size, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         return np.concatenate([np.maximum(k, 0.1 * k.max(initial=0) or 1.0) for k in kinds])
@@ -100,7 +100,7 @@ class Shooting:
         return [i for i, s in enumerate(self.map.eom.state) if s.name in self.cyclic]
 
     def linear(self, shot: FirstReturn, by: tuple[Parameter, ...] = ()) -> "Linearized":
-        """The derivative of P at a shot, in independent perturbations."""
+        """The derivative of P at a shot with respect to independent perturbations, and to the parameters `by`."""
         whole = self.map.differential(shot.motion, by, self.constants)
         walk = Differential((), self.map.settings, {})
         flow = flow_of(walk.side(shot.motion, 0))
@@ -123,7 +123,7 @@ class Shooting:
         )
 
     def _check_cyclic(self, slopes: Array, scale: Array) -> None:
-        """Nothing else depends on what is cyclic."""
+        """A SimulationError if another component of P(x) depends on a cyclic one."""
         names = [s.name for s in self.map.eom.state]
         for i in self._cyclic:
             share = np.abs(slopes[:, i]) * scale[i] / scale
@@ -134,12 +134,12 @@ class Shooting:
                 )
 
     def newton(self, x: Array, tolerance: float, most: int) -> tuple[FirstReturn, "Linearized", int]:
-        """The cycle near x.
+        """The cycle near x, its derivative, and the number of Newton steps.
 
         Raises
         ------
         SimulationError
-            if steps do not converge
+            if the steps do not converge, or the motion ends where it begins
         """
         now = self.shot(x)
         for step in range(most):
@@ -171,7 +171,7 @@ class Shooting:
         )
 
     def _step(self, now: FirstReturn, linear: "Linearized") -> FirstReturn | None:
-        """The shot of a step that helps; None where none does."""
+        """The shot after a damped Newton step that reduces the residual; None if no step does."""
         change = linear.basis @ linear.solve(linear.back @ now.left)
         share, failed = 1.0, None
         for _ in range(_HALVINGS):
@@ -189,14 +189,14 @@ class Shooting:
         return None
 
     def sampled(self, shot: FirstReturn) -> Solution:
-        """The motion of a shot at many times."""
+        """The motion of a shot with many samples."""
         length = float(shot.motion.t[-1]) - self.map.t0
         return self.shot(shot.x, np.linspace(self.map.t0, self.map.t0 + length * (1 - SAME_TIME), _SAMPLES)).motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearized:
-    """D over independent perturbations, by state and by parameters; the rates of these at the start; δT."""
+    """T, T⁺, `d` = T⁺ D T, `by` = T⁺ ∂P/∂p, initial rates `rest` of the independent perturbations, their `names`, and δT."""
 
     basis: Array
     back: Array
@@ -227,7 +227,7 @@ class Linearized:
         return np.asarray(np.linalg.solve(matrix, right))
 
     def multipliers(self, on_section: bool) -> Complex:
-        """By falling size; on a section without that of the flow."""
+        """The multipliers by decreasing magnitude; on a section without the trivial one."""
         d = self.d
         if on_section and len(d):
             across = np.linalg.svd(self.rest[None, :])[2][1:].T

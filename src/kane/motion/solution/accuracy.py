@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How exact a motion is: what becomes of it at a tenth of its tolerances, or at half its steps; or by its variational equations.
+"""Error estimates of a motion: by comparison with smaller tolerances or steps, or by its variational equations.
 
-With x̂ the motion's states and φ the flow of the equations, δ = x̂(tᵢ₊₁) − φ(x̂(tᵢ)) is what it missed between two samples, and the
-error e = x̂ − x goes on as e(tᵢ₊₁) = Φ e(tᵢ) + δ to first order in e, where Φ solves Φ′ = J Φ along φ, J = ∂ẋ/∂x (Hairer, Nørsett &
-Wanner 1993, sec. I.14). Both are stepped together, at a thousandth of the motion's tolerances.
+With the motion's states x̂ and the flow φ of the equations, δ = x̂(tᵢ₊₁) − φ(x̂(tᵢ)) is the defect between two samples, and the error
+e = x̂ − x is propagated by e(tᵢ₊₁) = Φ e(tᵢ) + δ to first order in e, where Φ solves Φ′ = J Φ along φ, J = ∂ẋ/∂x (Hairer, Nørsett &
+Wanner 1993, sec. I.14). Both are integrated together, at a thousandth of the motion's tolerances.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,10 +24,10 @@ from kane.numeric.scale import NEAR_TIME, ROUNDED
 from kane.program.native.machine import Settings
 
 REPEATED, VARIATIONAL = "repeated", "variational"
-"""How errors are estimated."""
+"""Methods of error estimation."""
 _TENTH = 0.1
 _SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
-"""The error, over what half the step changes, of methods of fixed steps."""
+"""The error of methods with fixed steps, relative to the change when the step is halved."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +66,7 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
             "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
             "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
         )
-    if motion.t[0] == motion.t[-1]:  # it ended where it began
+    if motion.t[0] == motion.t[-1]:  # a motion without duration
         return _accuracy_of(motion, motion.t, np.zeros_like(motion.states))
     if method == VARIATIONAL:
         return _accuracy_of(motion, motion.t, np.abs(again(motion, variational=True)))
@@ -80,14 +80,14 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
         )
     else:
         finer = again(motion, rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
-    # where a phase begins there are two values, and the other motion has its own such time
+    # where a phase begins there are two values, at a time that differs between the motions
     _, _, there = np.intersect1d(np.setdiff1d(motion.t, motion.t[motion.begins]), finer.t, return_indices=True)
     here = np.searchsorted(motion.t, finer.t[there])
     return _accuracy_of(motion, motion.t[here], share * np.abs(motion.states[here] - finer.states[there]))
 
 
 def _accuracy_of(motion: Any, t: Array, errors: Array) -> Accuracy:
-    """What the errors at times of samples say."""
+    """The Accuracy of a motion with these errors at times of samples."""
     sizes = np.abs(motion.states).max(axis=0)
     ratio = np.divide(errors, sizes, out=np.where(errors > 0, np.inf, 0.0), where=sizes > 0)
     k, i = (int(x) for x in np.unravel_index(int(np.argmax(ratio)), ratio.shape))
@@ -115,7 +115,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
             "after its end another motion tells: kn.simulate(eom, end, start=sol)."
         )
     whole = motion if begin == end else again(motion, samples=wanted)
-    # where a phase begins there are two values: the one after it
+    # of the two values where a phase begins, the later one
     places = np.searchsorted(whole.t, wanted, side="right") - 1
     off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]
     if np.any(np.abs(off) > NEAR_TIME * max(abs(begin), abs(end), end - begin)):
@@ -136,16 +136,16 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Between:
-    """What takes some times of a `whole` motion once more."""
+    """A function that repeats a `whole` motion, for the part of it at some times."""
 
     whole: Any
 
     def __call__(self, motion: Any, samples: Array) -> Any:
-        """The whole at other times."""
+        """The whole motion at other times."""
         return self.whole._again(self.whole, samples=samples)
 
     def accuracy(self, times: Array, method: str) -> Accuracy:
-        """The errors of the whole motion at some times."""
+        """The errors of the whole motion at those times that its error estimate includes."""
         every: Accuracy = self.whole.accuracy(method=method)
         kept = np.isin(every.t, times)
         if not kept.any():
@@ -156,11 +156,11 @@ class Between:
 
 
 _THOUSANDTH, _LEAST_RTOL = 1e-3, 3e-14
-"""Share of the motion's tolerances at which it is stepped again from each sample, and the least that rounding allows."""
+"""Share of the motion's tolerances at which it is integrated from each sample, and the least rtol that rounding allows."""
 _STEPS = 256
-"""As many steps at least, so that none leaps over what inputs do."""
+"""Least number of steps over the span, so that no step passes over changes of inputs."""
 _LOOKS, _STIFF = 9, 1e5
-"""At so many samples it is asked for the fastest rate; how often it fits into the span where an implicit method takes less time."""
+"""Number of samples at which ρ(J) is evaluated, and the product of ρ(J) and the span above which an implicit method is faster."""
 
 
 def variational_errors(motion: Any, breakpoints: Sequence[float], settings: Settings | None) -> Array:
@@ -169,7 +169,7 @@ def variational_errors(motion: Any, breakpoints: Sequence[float], settings: Sett
     Raises
     ------
     SimulationError
-        if e jumps on the way, where states, ranks or loads do, or controllers are asked; if a step from a sample fails
+        if e may jump, since states, ranks or loads jump or a controller is sampled; if the integration from a sample fails
     """
     _check(motion)
     flow = _Flow(motion, sorted(breakpoints), settings)
@@ -196,7 +196,7 @@ def _check(motion: Any) -> None:
 
 
 class _Flow:
-    """The equations and their variational equations, z = (x, e), stepped from sample to sample of a motion."""
+    """The equations and their variational equations, z = (x, e), integrated from sample to sample of a motion."""
 
     def __init__(self, motion: Any, breakpoints: Sequence[float], settings: Settings | None) -> None:
         from scipy import integrate
@@ -213,7 +213,7 @@ class _Flow:
         self.options["max_step"] = span / _STEPS
 
     def take(self, k: int) -> None:
-        """The equations whose dependent speeds are determined at a sample; the flow along the constraints is the same by all."""
+        """Selects the equations whose dependent speeds are determined at sample k; all have the same flow on the constraints."""
         motion = self.motion
         eom = motion.samples[k] if motion.samples else motion.equations
         if eom not in self.known:
@@ -223,7 +223,7 @@ class _Flow:
         self.now, self.slopes = self.known[eom]
 
     def _fastest(self, k: int) -> float:
-        """The largest |eigenvalue| of J at a sample."""
+        """The spectral radius ρ(J) at sample k."""
         self.take(k)
         return float(np.abs(np.linalg.eigvals(self._j(float(self.motion.t[k]), self.motion.states[k]))).max(initial=0))
 
@@ -236,11 +236,11 @@ class _Flow:
         return np.concatenate([self.now.rate(t, np.append(x, 0.0))[:-1], self._j(t, x) @ e])
 
     def _twice(self, t: float, z: Array) -> Array:
-        """J of (x, e) without what e adds by second derivatives: it steers iterations alone."""
+        """The Jacobian of (ẋ, ė) without second derivatives, which suffices for the iterations of implicit stages."""
         return np.asarray(np.kron(np.eye(2), self._j(t, z[: self.width])), dtype=np.float64)
 
     def error(self, k: int, e: Array) -> Array:
-        """e at the sample after the one at place k, where it is e."""
+        """The error at sample k + 1, given the error e at sample k."""
         self.take(k)
         t, states = self.motion.t, self.motion.states
         at, z = float(t[k]), np.concatenate([states[k], e])

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What should be constant along a motion, and how far it is: E − ∫P dt, other integrals; and the work of each load.
+"""Checks of quantities that should be constant along a motion, E − ∫P dt and other integrals; and the work of each load.
 
-The drift D(t) = E(t) − E(0) − ∫P dt is measured at every instant by what there is then: a scale over the whole motion would hide
-behind one spike, as where two bodies all but collide, what is left wrong after it. So it is divided by the largest, at t, of K,
-|E − E(0)|, |∫P dt|, δE/rtol and the median of K and of the change of V over a tenth of the motion about t, without which every
-rest on the way would count.
+The drift D(t) = E(t) − E(0) − ∫P dt is compared with the energies at the same instant: a scale for the whole motion would be set by
+one spike, as in a near collision of two bodies, and hide errors that remain after it. The scale is the largest, at t, of K,
+|E − E(0)|, |∫P dt|, δE/rtol, and the median of K and of the change of V over a tenth of the motion about t; without the median every
+instant of rest would be reported.
 
-What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state;
-and it stays where loads have given an energy and taken it again. So D(t) is divided by a hundredth of what dampers have taken, or
-of the range of ∫P dt so far, where that is more; D from sample to sample is not.
+Errors of ∫P dt add up over a long motion, while dampers reduce those of the state; and they remain where loads have supplied an
+energy and removed it again. Therefore D(t) is divided by a hundredth of the energy that dampers have taken, or of the range of
+∫P dt so far, if that is larger than the scale; the change of D between samples is not.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,17 +31,17 @@ from kane.numeric.arrays import Array, Mask, distinct, median
 from kane.numeric.scale import EPS
 
 _PARTS = 10
-"""The scale of an instant is read off a window of this part of the motion on either side of it."""
+"""The median at an instant is taken over this part of the motion on either side of it."""
 _WINDOWS = 12
 _STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
-"""How many relative tolerances may be missed, and the shares of the scale below and above which none is asked for."""
+"""The limit of the relative drift in relative tolerances, and the least and largest value of this limit."""
 _SHARP = 0.1
 _TAKEN, _SURE = 0.01, 20
-"""Share of the work done beside which D(t) is measured, and samples that tell a damper from a spring."""
+"""Share of the work done that D(t) is compared with; least number of samples that distinguish a damper from a spring."""
 FEW = 25
-"""At as many samples, at most, it is asked what tolerances mean for the energy."""
+"""Largest number of samples at which δE is evaluated."""
 _ROUNDING = 64 * EPS
-"""Share of K and V that is left of their sum by rounding."""
+"""Rounding error of the energy relative to K and V."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,26 +76,26 @@ def _limit(rtol: float) -> float:
 
 
 def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float, whole: bool = False) -> Mask:
-    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is surely sharp: D(t), its steps beside K and |E − E(0)| at t alone.
+    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is certainly within the limit by its terms K and |E − E(0)| alone.
 
-    Where these are the `whole` of the samples it is enough that it surely does not exceed the limit.
+    There is a margin for instants between samples, unless these are the samples of the `whole` motion.
     """
     change = total - total[..., :1]
     drift = np.abs(change - work)
     allowed = ((1.0 if whole else _SHARP) * _limit(rtol) / 2) * np.maximum(
         kinetic, np.abs(change)
-    )  # halves, as two of them make a step of D
+    )  # half the limit, as a step of D has two ends
     return np.asarray((drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1))
 
 
 def surely_keeps(t: Array, kinetic: Array, total: Array, work: Array, rtol: float, whole: bool) -> bool:
-    """Whether the check of K, E and ∫P dt, all (n), passes whatever absolute tolerances and dampers leave."""
+    """Whether the check of K, E and ∫P dt, all (n), passes without the terms for absolute tolerances and dampers."""
     if keeps_sharply(kinetic, total, work - work[0], rtol, whole):
         return True
     return energy_check(t, kinetic, total, work, np.zeros(len(t))).surely_within(rtol, whole)
 
 
-@np.errstate(invalid="ignore")  # at a pole of W there is no energy, and the check is NaN
+@np.errstate(invalid="ignore")  # at a pole of W the energy is NaN, and so is the check
 def energy_check(
     t: Array, kinetic: Array, total: Array, work: Array, open_: Array, powers: Sequence[Array] = ()
 ) -> EnergyCheck:
@@ -116,13 +116,13 @@ def energy_check(
 
 
 def opened(energies: Array) -> Array:
-    """δE (n) by energies at the state, with each of x above it, and with each below ((1 + 2 x) × n)."""
+    """δE (n) from energies at the state, with each component of x increased, and with each decreased ((1 + 2 x) × n)."""
     up, down = np.split(np.abs(energies[1:] - energies[0]), 2)
     return np.asarray(np.maximum(up, down).sum(axis=0))
 
 
 def taken(t: Array, powers: Sequence[Array]) -> Array:
-    """What loads have taken up to times t (n) whose powers, each (n), are above zero at no sample: dampers, friction, drag."""
+    """The energy (n) taken up to times t (n) by loads whose powers, each (n), are never positive: dampers, friction, drag."""
     result = np.zeros(len(t))
     for power in powers if len(t) >= _SURE else ():
         size = -np.nan_to_num(power, posinf=0.0, neginf=0.0)
@@ -137,7 +137,7 @@ def _ratio(drift: Array, scale: Array) -> Array:
 
 
 def _usual(kinetic: Array, potential: Array) -> Array:
-    """The median of the largest of K and |V − its median| about each instant (n)."""
+    """The median of max(K, |V − median of V|) over a window about each instant (n)."""
     n = len(kinetic)
     centers = distinct(np.linspace(0, n - 1, min(n, _WINDOWS)).astype(int))
     half = max(2, n // _PARTS)
@@ -150,7 +150,7 @@ def _usual(kinetic: Array, potential: Array) -> Array:
 
 
 LIMIT = 1000
-"""Relative tolerances up to which a drift is that of the integration, as for the energy."""
+"""Largest drift in relative tolerances that is attributed to the integration, as for the energy."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,12 +180,12 @@ Functions = tuple[tuple[str, Expr], ...]
 
 
 def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
-    """The functions, each with its name, before a motion runs.
+    """The functions, each with its name, checked before a motion runs.
 
     Raises
     ------
     ArgumentError
-        if they are no list, or something else than integrals and expressions stands in it
+        if they are not a list of integrals and expressions
     """
     if isinstance(functions, Integral | Expr | str):
         raise ArgumentError(
@@ -205,7 +205,7 @@ def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
 def drifts(
     t: Array, functions: Functions, values: Callable[[list[Expr]], list[Array]], begins: Indices
 ) -> tuple[Drift, ...]:
-    """The drift of each function, by the values of expressions along a motion; what jumps where phases begin is none."""
+    """The drift of each function, from the values of expressions along a motion; jumps where phases begin do not count."""
     memo: Sizes = {}
     roots = [f for _, f in functions]
     tables = values([*roots, *(size(e, memo) for e in roots)])
@@ -216,7 +216,7 @@ def drifts(
 
 
 def check_drifts(found: Sequence[Drift], rtol: float) -> None:
-    """Warn of a function that went further than integration explains."""
+    """Warn of a function whose drift errors of the integration do not explain."""
     worst = max(found, key=lambda d: d.relative, default=None)
     if worst is not None and not worst.relative <= LIMIT * rtol:
         warn(
@@ -235,7 +235,7 @@ def _drift(t: Array, name: str, values: Array, sizes: Array, begins: Indices) ->
 
 
 _LEAST = 4
-"""Samples that a cubic spline needs."""
+"""Least number of samples for a cubic spline."""
 
 
 def work_of(
@@ -253,7 +253,7 @@ def work_of(
 
 
 def _integral(t: Array, power: Array) -> Array:
-    from scipy.interpolate import CubicSpline  # takes its time to import
+    from scipy.interpolate import CubicSpline  # slow to import
 
     if len(t) < _LEAST:
         return np.append(0.0, np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t)))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files of motions: arrays with a header, one zip file each, sealed by SHA-256; nothing in a file is executed.
+"""Files of motions: arrays with a header, one zip file each, with a SHA-256 checksum; nothing in a file is executed.
 
-A file keeps the numbers of a motion, the names of what they are of, and what its system declares, by which it is known again: each
-expression is evaluated at several values of its symbols, which depend on their names alone. So what counts is what an expression
-means, not how it is written, and numbers may differ by what rounding on another machine makes of them. Of operations that choose, or
-that are defined in a part of the numbers only, such as √x, the arguments are compared too.
+A file contains the numbers of a motion, the names of its symbols, and a fingerprint of the declared system, by which it is identified:
+each expression is evaluated at several values of its symbols, which depend on their names alone. So expressions are compared by their
+values, not their form, and may differ by rounding on another machine. Of operations that select, or that are defined for some numbers
+only, such as √x, the arguments are compared too.
 """
 
 import hashlib
@@ -44,26 +44,26 @@ Anything = npt.NDArray[Any]
 
 
 class Contents(NamedTuple):
-    """What a file holds."""
+    """The contents of a file: header and arrays by name."""
 
     header: dict[str, Any]
     arrays: dict[str, Anything]
 
 
 class Container(NamedTuple):
-    """A kind of file: what writes a text and arrays at a path, what reads them."""
+    """A file format: functions that write a text and arrays to a path, and read them."""
 
     write: Callable[[Path, str, Mapping[str, Anything]], None]
     read: Callable[[Path], tuple[str, dict[str, Anything]]]
 
 
 def write(path: Path, contents: Contents) -> None:
-    """Write a file, or put it in the place of one that holds a solution.
+    """Write a file, or replace one that contains a solution.
 
     Raises
     ------
     SolutionFileError
-        if its name has another ending than those of `CONTAINERS`, there is no such folder, or something else has that name
+        if its name has none of the endings of `CONTAINERS`, the folder does not exist, or the path is that of another file
     """
     container = _container(path)
     header = {"format": FORMAT, "version": VERSION, **contents.header}
@@ -77,7 +77,7 @@ def read(path: Path) -> Contents:
     Raises
     ------
     SolutionFileError
-        if there is none, it is cut off or damaged, no file of this kind, or of another version
+        if it does not exist, is truncated or damaged, not a solution, or of another version
     """
     _container(path)
     try:
@@ -89,7 +89,7 @@ def read(path: Path) -> Contents:
         ) from None
     except (ImportError, SolutionFileError):
         raise
-    except Exception as error:  # what damage there is has as many names as there are libraries below
+    except Exception as error:  # each library raises its own exceptions for damaged files
         raise SolutionFileError(
             f"Expected a file with a solution, got one that cannot be read, {path}: it is cut off, damaged or something else "
             f"({type(error).__name__}: {error}). Write it again by sol.save(path)."
@@ -110,7 +110,7 @@ def read(path: Path) -> Contents:
 
 
 def _stored(path: Path) -> Contents:
-    """Header and arrays as they are in the file."""
+    """Header and arrays of a file, unchecked."""
     with opened(path) as file:
         if not zipfile.is_zipfile(file):
             raise ValueError("it has no table of contents")
@@ -120,7 +120,7 @@ def _stored(path: Path) -> Contents:
 
 
 def _holds_solution(path: Path) -> bool:
-    """Whether a file can be read as one that was written here, by this version or another one."""
+    """Whether a file can be read as a solution, written by this version or another one."""
     try:
         return bool(_stored(path).header.get("format") == FORMAT)
     except ImportError:
@@ -139,7 +139,7 @@ def _container(path: Path) -> Container:
 
 
 def _seal(header: Mapping[str, Any], arrays: Mapping[str, Anything]) -> str:
-    """SHA-256 of the header, and of names, types, shapes and numbers of arrays."""
+    """The SHA-256 checksum of the header, and of names, types, shapes and numbers of arrays."""
     total = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
@@ -195,18 +195,18 @@ CONTAINERS: Mapping[str, Container] = {
 
 _EVERYWHERE = frozenset((ADD, COS, DIV, MUL, NEG, SIN, SUB))
 _DRAWN = 4
-"""How many values each symbol gets."""
+"""Number of values of each symbol in a fingerprint."""
 
 
 class Declared(NamedTuple):
-    """Things declared: [name, text, how many expressions, how many numbers in all], and the numbers, one row each."""
+    """A fingerprint: [name, text, number of expressions, number of rows] of each declaration, and the rows (rows × _DRAWN)."""
 
     things: list[list[Any]]
     numbers: Array
 
 
 def declared(system: System, more: Iterable[tuple[str, Any]] = ()) -> Declared:
-    """What a system declares, and more things by name."""
+    """The fingerprint of a system's declarations, and of `more` by name."""
     things: list[list[Any]] = []
     roots: list[Expr] = []
     inner: list[slice] = []
@@ -222,13 +222,13 @@ def declared(system: System, more: Iterable[tuple[str, Any]] = ()) -> Declared:
     walk = Walk(roots)
     rows = [np.broadcast_to(x, (_DRAWN,)) for x in walk({s: _drawn(s) for s in walk.symbols})]
     numbers = np.array(rows, dtype=float).reshape(len(roots), _DRAWN)
-    for rows_within in inner:  # their order is that of the expression's nodes, which rounding may change
+    for rows_within in inner:  # sorted, since rounding may change the order of an expression's nodes
         numbers[rows_within] = np.sort(numbers[rows_within], axis=0)
     return Declared(things, numbers)
 
 
 def difference(kept: Declared, here: Declared) -> str:
-    """In which thing two systems differ, and by what, or ""."""
+    """The declaration in which two fingerprints differ, with the values of a number, as text; "" if there is none."""
     one, two = _by_name(kept), _by_name(here)
     for name in one | two:
         if name not in two or name not in one:
@@ -246,7 +246,7 @@ def difference(kept: Declared, here: Declared) -> str:
 
 
 def _by_name(declared: Declared) -> dict[str, tuple[str, int, Array]]:
-    """Text, count of expressions and numbers of each thing; of things with one name the later ones are numbered."""
+    """Text, number of expressions, and rows of each declaration; later declarations of the same name are numbered."""
     result: dict[str, tuple[str, int, Array]] = {}
     times: dict[str, int] = {}
     start = 0
@@ -261,7 +261,7 @@ def _by_name(declared: Declared) -> dict[str, tuple[str, int, Array]]:
 
 
 def _off(a: Array, b: Array) -> Any:
-    """Where numbers of the same expressions differ by more than rounding; what is infinite or NaN must be so in both."""
+    """Where rows of the same expressions differ by more than rounding; infinite and NaN values must agree."""
     size = np.where(np.isfinite(a), np.abs(a), 0.0)
     limit = EQUAL * size.max(axis=1, keepdims=True, initial=0) + ROUNDED_CHAIN * size.max(initial=0)
     with np.errstate(invalid="ignore"):
@@ -270,7 +270,7 @@ def _off(a: Array, b: Array) -> Any:
 
 
 def _drawn(symbol: Symbol) -> Array:
-    """Values of a symbol, by its name: positive ones, then those of either sign."""
+    """Values of a symbol that depend on its name: half of them positive, the others of either sign."""
     words = [hashlib.sha256(f"{k} {symbol.name}".encode()).digest() for k in range(_DRAWN)]
     sizes = np.array([0.3 + int.from_bytes(w[:6]) / 2**48 for w in words])
     signs = np.array([-1.0 if k >= _DRAWN // 2 and w[6] % 2 else 1.0 for k, w in enumerate(words)])
@@ -298,7 +298,7 @@ def _things(s: System) -> Iterator[tuple[str, Any]]:
 
 
 def _expressions_of(what: Any) -> Iterator[Expr | str]:
-    """The expressions that something declared is made of, and all else in words."""
+    """The expressions in a declaration, and everything else as text."""
     if isinstance(what, Expr):
         yield what
     elif isinstance(what, Frame | Point):
@@ -326,7 +326,7 @@ def _expressions_of(what: Any) -> Iterator[Expr | str]:
 
 
 def _entries(inertia: Dyadic) -> dict[str, list[Expr]]:
-    """The nine entries of a dyadic along each pair of frames."""
+    """The nine entries of a dyadic for each pair of frames."""
     entries: dict[str, list[Expr]] = {}
     for a, b in inertia.dyads:
         for one, left in a.parts:
@@ -343,16 +343,16 @@ _TYPES = {
     **dict.fromkeys(("steps", "evaluations"), int),
     **dict.fromkeys(("events", "partitions", "numbers", "phases", "declared", "modes"), list),
 }
-"""What a header says, and as what."""
+"""The entries of a header that are checked, and their types."""
 
 
 def phase_parameters(eom: Equations) -> tuple[Parameter, ...]:
-    """The parameters of phases: those of the equations, and what modes of contacts have beside them."""
+    """The parameters of phases: those of the equations, then those of slip in the modes of contacts."""
     return (*eom.parameters, *slip_parameters(eom.system.contacts))
 
 
 def contents(motion: Any) -> Contents:
-    """Of a Solution."""
+    """The header and arrays of a Solution."""
     from importlib.metadata import version
 
     eom: Equations = motion.equations
@@ -397,7 +397,7 @@ def contents(motion: Any) -> Contents:
 
 
 def check(found: Contents, eom: Equations) -> None:
-    """A ValueError names what a file of these equations cannot hold: a wrong type or shape, NaN, times that fall."""
+    """A ValueError for contents that no file of these equations has: a wrong type or shape, NaN, decreasing times."""
     header, arrays = found
     for name, kind in _TYPES.items():
         if type(header[name]) is not kind:
@@ -447,12 +447,12 @@ def _column(motion: Any, symbol: Any) -> Array:
 
 
 def names(eom: Equations) -> Mapping[str, Sequence[str]]:
-    """The names by which a file knows a system at once."""
+    """The names of symbols of each kind, which are compared first."""
     return {kind: [s.name for s in getattr(eom, kind)] for kind in _KINDS}
 
 
 def _partition(eom: Equations) -> list[list[int]] | None:
-    """Rows, dependent speeds and redundant rows."""
+    """Rows, dependent speeds and redundant rows of the partition; None without one."""
     if eom.embedding is None:
         return None
     p = eom.embedding.partition

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The phases of a motion, parts with values of their own for parameters and inputs, and motions that follow each other as one."""
+"""The phases of a motion, each with its own values of parameters and inputs, and the joining of successive motions."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ class Phase:
     by: tuple[Event, ...] = ()
 
     def same(self, other: "Phase") -> bool:
-        """Whether another one, which comes after, has the same parameters and inputs."""
+        """Whether a later phase has the same parameters and inputs."""
         return self.parameters == other.parameters and all(
             same_drive(f, other.inputs.get(s)) for s, f in self.inputs.items()
         )
@@ -59,7 +59,7 @@ class Jump:
 
 
 def same_drive(f: Any, g: Any) -> bool:
-    """Whether one input goes on as another one, which may know more of it by then."""
+    """Whether the input g continues f; a sampled controller may have more samples in g."""
     if isinstance(f, Formula) and isinstance(g, Formula):
         return f.expr is g.expr and f.values == g.values
     if isinstance(f, HeldInput) and isinstance(g, HeldInput):
@@ -70,12 +70,12 @@ def same_drive(f: Any, g: Any) -> bool:
 
 
 def breaks(phase: Indices) -> Indices:
-    """The samples with which a phase begins, but for the first."""
+    """Indices of the first samples of all phases but the first."""
     return np.flatnonzero(np.diff(phase)) + 1
 
 
 def leaps(values: Array, begins: Indices) -> Array:
-    """What values (n) have jumped by so far, at the samples with which phases begin."""
+    """The sum (n) of the jumps of values (n) up to each sample, where phases begin at the samples `begins`."""
     steps = np.zeros_like(values)
     steps[begins] = values[begins] - values[begins - 1]
     return np.cumsum(steps)
@@ -97,7 +97,7 @@ def check_follows(first: Any, second: Any) -> None:
 
 
 def merged(phases: Sequence[Phase], of: Indices) -> Phase:
-    """Phases with the same inputs as one, whose parameters have a value for each of the samples `of` them (n) where they differ."""
+    """Phases with the same inputs as one; parameters that differ have a value for each sample; `of` (n) are the samples' phases."""
     own = np.flatnonzero(np.bincount(of)).tolist()
     given = [phases[k].parameters for k in own]
     values: dict[Expr, Any] = {}
@@ -111,9 +111,9 @@ def merged(phases: Sequence[Phase], of: Indices) -> Phase:
 
 
 def joined(pieces: Sequence[Any]) -> Any:
-    """One Solution of several, each of which begins where the last one ends.
+    """The Solution that consists of several, each of which begins where the previous one ends.
 
-    Where nothing changes between two, their common instant is one sample, else two: what was before and what is after.
+    If nothing changes between two, their common instant is one sample, else two, before and after the change.
     """
     first, last = pieces[0], pieces[-1]
     phases, numbers, kept = list(first.phases), [first.phase], [slice(0, None)]
@@ -158,12 +158,12 @@ def joined(pieces: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """What takes a joined motion once more: each of its parts, at the times that are its own."""
+    """A function that repeats a joined motion: each of its parts, at the times within it."""
 
     pieces: tuple[Any, ...]
 
     def __call__(self, motion: Any, samples: Array) -> Any:
-        """The whole, sampled at these times too."""
+        """The joined motion, sampled at these times."""
         found = []
         for piece in self.pieces:
             own = samples[(samples >= piece.t[0]) & (samples <= piece.t[-1])]
@@ -172,6 +172,6 @@ class Parts:
 
 
 def _unmoved(first: Any, second: Any) -> bool:
-    """Whether a motion begins where the one before ends, up to what tolerances leave open, as projection onto constraints does."""
+    """Whether a motion begins at the final state of the previous one, up to tolerances: projection may have changed it."""
     end, begin = first.states[-1], second.states[0]
     return bool(np.all(np.abs(begin - end) <= second.atol + second.rtol * np.abs(end)))

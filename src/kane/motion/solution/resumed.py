@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion that goes on from another one's end: what it takes over, and whether its equations are of the same bodies.
+"""Motions that continue from the end of another: what they inherit, and the check that their equations are of the same bodies.
 
-Equations fit where coordinates and speeds have the same names, and kinetic energy and rates of coordinates are the same along the
-motion. Loads and constraints may be others: a disk that has slid rolls on.
+Equations fit if coordinates and speeds have the same names, and kinetic energy and rates of coordinates have the same values along
+the previous motion. Loads and constraints may differ: a disk slides first, and then rolls.
 """
 
 import copy
@@ -27,19 +27,19 @@ from kane.numeric.sampling import named_values
 from kane.numeric.scale import SIX_DIGITS
 
 _COMPARED = 25
-"""At so many samples, at most, two systems are compared."""
+"""Largest number of samples at which two systems are compared."""
 OPTIONS = {"method": "auto", "rtol": 1e-9, "atol": 1e-9, "max_step": None, "breakpoints": (), "settings": None}
-"""Options that a motion goes on with unless told, and what they are at a start of its own."""
+"""Options that a continued motion inherits unless they are given, and their defaults for other motions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Begin:
-    """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far.
+    """Values at the start: `q`, and `u` or `rates`; further `states`; the `work` done so far (J).
 
-    `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave; within the share
-    `rounded` of their terms, or as far `beyond` as they are, these may have any sign. `goes_on` says that it is the end of a motion,
-    `whole` that it is one of the same equations at the same values, and so on the constraints; `rtol` is the relative tolerance of the
-    motion that led there, `since` how long before an action was taken, 0 where none was; `steps` those that the motion had before.
+    `fresh`: events at whose thresholds the motion begins, by name, with the sides to which their quantities move; quantities within
+    the share `rounded` of their terms, or within `beyond`, may have either sign. `goes_on`: the start is the end of another motion;
+    `whole`: one of the same equations and values, so that it satisfies the constraints. `rtol`: the relative tolerance of that motion;
+    `since`: time from the previous action to the start (s), 0 if there was none; `steps`: number of steps taken before.
     """
 
     q: Any
@@ -58,7 +58,7 @@ class Begin:
 
 
 def merged_options(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
-    """The options that were given, the others those of the motion that goes on, or as they are unless told."""
+    """The options given, completed by those of the motion `start`, or by the defaults."""
     before: dict[str, Any] = {}
     if start is not None:
         before = {"rtol": start.rtol, "atol": start.atol, **(start._options or {})}
@@ -66,7 +66,7 @@ def merged_options(given: Mapping[str, Any], start: Solution | None) -> dict[str
 
 
 def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, Any]:
-    """What a motion begins with, and its span: the end alone is enough where it goes on from `start`."""
+    """The initial values of a motion, and its span, of which the end alone may be given if the motion continues `start`."""
     if start is None:
         if given["q"] is None:
             raise SimulationError(
@@ -98,7 +98,7 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
 
 
 def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> Any:
-    """The parameters that were given, the others those that the motion ended with."""
+    """The parameters given, completed by those of the last phase of `start`."""
     if start is None:
         return given
     names = {p.name: p for p in eom.parameters}
@@ -109,7 +109,7 @@ def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> 
 
 
 def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters: Mapping[Expr, Any]) -> Any:
-    """The inputs that were given, the others those of the `last` phase; controllers go on with what they remember."""
+    """The inputs given, completed by those of the `last` phase; sampled controllers keep their memory."""
     if last is None:
         return given
     before = {str(s): f for s, f in last.inputs.items()}
@@ -143,13 +143,13 @@ def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int
 
 
 def last_phase(start: Solution) -> Phase:
-    """The phase that a motion ends in."""
+    """The phase in which a motion ends."""
     last: Phase = start.phases[int(start.phase[-1])]
     return last
 
 
 def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], parameters: Mapping[Expr, Any]) -> None:
-    """A SimulationError unless the equations are of the bodies and speeds whose motion is to go on."""
+    """A SimulationError unless the equations are of the bodies and speeds whose motion is to be continued."""
     other = start.equations
     if eom.derived is other.derived:
         return
@@ -175,7 +175,7 @@ def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], para
 
 
 def _here(eom: Equations, start: Solution, k: int, drives: Mapping[Expr, Any], parameters: Mapping[Expr, Any]) -> Array:
-    """(q̇, K) of the equations at a sample, by the parameters and inputs that it had."""
+    """(q̇, K) by these equations at sample k of the previous motion, with the parameters and inputs of that motion."""
     phase, t, x = start.phases[start.phase[k]], float(start.t[k]), start.states[k]
     constants = {str(s): v for s, v in parameters.items()} | {str(s): v for s, v in phase.parameters.items()}
     inputs = {str(s): value(f, t, x) for s, f in phase.inputs.items()}

@@ -56,7 +56,7 @@ _SOME = 101
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolutionSegment:
-    """From time `start` on, the motion was stepped with `equations`, which differ in their dependent speeds."""
+    """From time `start` on, the motion was integrated with `equations`; those of other segments have other dependent speeds."""
 
     start: float
     equations: Equations
@@ -120,7 +120,7 @@ class Solution(Attributes):
             object.__setattr__(self, "phase", np.zeros(len(self.t), dtype=np.int64))
 
     def __reduce__(self) -> tuple[Callable[..., "Solution"], tuple[Any, ...]]:
-        """Equations are derived again where a pickle is read; of the inputs their values at the samples stay."""
+        """A pickle stores inputs by their values at the samples; equations are derived again when it is read."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}
         kept = list(dict.fromkeys([self.equations, *(s.equations for s in self.segments), *self.samples]))
         place = {eom: k for k, eom in enumerate(kept)}
@@ -133,12 +133,12 @@ class Solution(Attributes):
         return _restored, (own.pop("equations"), partitions, own)
 
     def __add__(self, other: Any) -> "Solution":
-        """The motion and the one that goes on from its end, as one.
+        """The motion joined with one that continues from its end.
 
         Raises
         ------
         SimulationError
-            if the other one is of other equations, or begins at another time
+            if the other motion has other equations, or begins at another time
         """
         if not isinstance(other, Solution):
             return NotImplemented
@@ -199,7 +199,7 @@ class Solution(Attributes):
         return tables
 
     def _energies(self, exprs: Callable[[Equations], list[Expr]]) -> list[Array]:
-        """Those of the equations that hold at each sample where W of others may have a pole there."""
+        """Values of expressions; by the equations valid at each sample if W of the first ones may have a pole there."""
         poles = any(eom.solved.twin is not None for eom in (self.equations, *self.samples))
         return self.by_sample(exprs) if poles else self._values(exprs(self.equations))
 
@@ -389,12 +389,12 @@ class Solution(Attributes):
             values = ((p, old.parameters[p], new.parameters[p]) for p in self.parameters)
             changes |= {p: (a, b) for p, a, b in values if a != b}
             if all(e.then is None for e in new.by) and not self._leaps(k):
-                continue  # a contact that goes on in another mode
+                continue  # a contact changes its mode without a jump
             found.append(Jump(float(self.t[k]), new.by, changes, float(self.energy[k] - self.energy[k - 1])))
         return tuple(found)
 
     def _leaps(self, k: int) -> bool:
-        """Whether a sample has another state than the one before, beyond what tolerances leave."""
+        """Whether the state at sample k differs from the previous one by more than tolerances, or no event began its phase."""
         before, after = self.states[k - 1], self.states[k]
         size = np.maximum(np.abs(before), np.abs(after))
         near = self.atol + max(self.rtol, EQUAL) * size  # of a slip that ends ten digits are left
@@ -406,7 +406,7 @@ class Solution(Attributes):
         return breaks(self.phase)
 
     def _recorded(self, number: int) -> dict[Expr, Callable[[Any], Any]]:
-        """The inputs of a phase as a file or a pickle keeps them."""
+        """The inputs of a phase in the form that files and pickles store."""
         at = np.flatnonzero(self.phase == number)
         return {s: recorded(str(s), f, self.t[at], self.states[at]) for s, f in self.phases[number].inputs.items()}
 
@@ -444,7 +444,7 @@ class Solution(Attributes):
         return sure or not self.energy_check.exceeds(self.rtol)
 
     def _only(self, at: Indices) -> "Solution":
-        """Some of the samples."""
+        """The motion at some of its samples."""
         samples = tuple(self.samples[k] for k in at) if self.samples else ()
         return replace(
             self, t=self.t[at], states=self.states[at], work=self.work[at], samples=samples, phase=self.phase[at]
@@ -470,12 +470,12 @@ class Solution(Attributes):
 
 
 def some_of(count: int) -> Indices:
-    """Evenly spaced samples of so many, `_SOME` at most, that tell whether the energy is kept."""
+    """Indices of at most `_SOME` evenly spaced samples out of `count`, at which the energy balance is checked first."""
     return np.linspace(0, count - 1, min(count, _SOME)).astype(int)
 
 
 def _restored(first: Equations, partitions: Sequence[tuple[Modes, Partition | None]], own: dict[str, Any]) -> Solution:
-    """A solution that was pickled; `first` are its equations, the others differ from them by their modes and partitions."""
+    """The solution in a pickle; `first` are its equations, from which the others differ by modes and partitions."""
     equations = [first, *(equations_in(first, *pair) for pair in partitions[1:])]
     own["segments"] = tuple(SolutionSegment(start, equations[k]) for start, k in own["segments"])
     own["samples"] = tuple(equations[k] for k in own["samples"])

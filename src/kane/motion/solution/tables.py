@@ -14,7 +14,7 @@ from kane.numeric.arrays import Array
 
 
 def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[Array, str, str]]:
-    """Values, unit and description by name: coordinates, speeds, inputs, then the outputs that were asked for."""
+    """Values (n × …), unit and description by name: coordinates, speeds, further states, inputs, then the outputs."""
     eom: Equations = motion.equations
     own = (*eom.state, *eom.inputs)
     result = {s.name: (np.asarray(motion[s]), eom.unit(s), s.description) for s in own}
@@ -28,12 +28,12 @@ def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[A
 
 
 def named(outputs: Any) -> Mapping[str, Any]:
-    """Outputs by name; none where they are left out.
+    """Outputs by name; an empty mapping if there are none.
 
     Raises
     ------
     ArgumentError
-        if they are no dict of names
+        if they are not a dict with names as keys
     """
     if outputs is None:
         return {}
@@ -45,7 +45,7 @@ def named(outputs: Any) -> Mapping[str, Any]:
 
 
 def facts(motion: Any) -> dict[str, Any]:
-    """What is said of a motion as a whole: texts and numbers."""
+    """Attributes of a motion as a whole: texts and numbers."""
     own = {
         name: getattr(motion, name) for name in ("status", "message", "method", "rtol", "atol", "steps", "evaluations")
     }
@@ -68,7 +68,7 @@ def dataframe(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
 
 
 def _labels(shape: tuple[int, ...]) -> list[str]:
-    """The ends of names of components: .x, .y, .z of vectors, .1.1 of others."""
+    """Suffixes of the names of components: .x, .y, .z for vectors, .1.1 for other shapes."""
     if shape == (3,):
         return [f".{a}" for a in AXES]
     return ["".join(f".{i + 1}" for i in place) for place in np.ndindex(*shape)]
