@@ -28,7 +28,7 @@ def native(
     def slope(k: int) -> Callable[..., Any]:
         return native(torch, slopes[ports[k].name], program_of, traced_of)
 
-    class Native(torch.autograd.Function):  # type: ignore[misc]  # of a module that is imported when it is asked for
+    class Native(torch.autograd.Function):  # type: ignore[misc]  # torch is imported lazily
         """The call, and its rules for autograd and vmap."""
 
         @staticmethod

@@ -337,7 +337,7 @@ _FROM: dict[str, Callable[..., Any]] = {
     "floor": NODE_BUILDERS["floor"],
     "Min": lambda *args: reduce(NODE_BUILDERS["min"], args),
     "Max": lambda *args: reduce(NODE_BUILDERS["max"], args),
-    # SymPy's symbols may be complex, ours are real: Abs(exp(m)) is returned as exp(re(m)).
+    # SymPy's symbols may be complex, those of kane are real: Abs(exp(m)) is returned as exp(re(m)).
     "re": lambda x: x,
     "im": lambda x: ZERO,
     "conjugate": lambda x: x,

@@ -100,7 +100,7 @@ def _words(tree: Any) -> list[str]:
     return [str(token).lower() for token in tokens(tree)]
 
 
-# What declares what --------------------------------------------------------------------------------------------------
+# Declarations by keyword ---------------------------------------------------------------------------------------------
 
 Declare = Callable[[Sheet, Outlook, str, int, Line], None]
 

@@ -265,7 +265,7 @@ class Sheet:
         """The velocity of q, where p and q are fixed in the body."""
         return self.velocity(p, frame) + self.cross(self.spin(body, frame), self.position(p, q))
 
-    # What names such as P_No_Bo> say -----------------------------------------------------------------------------------
+    # Names such as P_No_Bo> --------------------------------------------------------------------------------------------
 
     def pair(self, head: str, rest: str) -> Pair | None:
         """The points or frames in a name such as P_No_Bo>, of kinds that `head` determines; None for other names."""

@@ -226,7 +226,7 @@ def same_vectors(first: Iterable[Vector], second: Iterable[Vector]) -> bool:
 
 
 def shared_among(asked: Iterable[Expr]) -> tuple[Expr, ...]:
-    """The subexpressions to assign to names: used more than once, or deeply nested, and long enough."""
+    """The subexpressions to assign to names: those used more than once and long enough, and deeply nested ones."""
     roots = tuple(asked)
     order = postorder(roots)
     uses: dict[Expr, int] = dict.fromkeys(order, 0)

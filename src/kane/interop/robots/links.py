@@ -86,7 +86,7 @@ def _check_numbers(link: RobotLink) -> None:
 
 
 def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) -> tuple[Frame, Point]:
-    """Adds a joint and its loads; returns the child's frame and origin, which coincides with the parent's at zero joint value."""
+    """Adds a joint and its loads; returns the frame and origin of the child, those of the parent moved by the joint."""
     name = made.identifier("joints", move.name, "joint", move.where)
     anchor = vector(frame, move.anchor)
     at = point if anchor.is_zero else point.at(f"{name} anchor", anchor)

@@ -58,7 +58,7 @@ RATES: Mapping[str, Literal["", "integrator", "filter"]] = MappingProxyType(
 )
 """The supported dynamics of actuators."""
 ACTING = {"spring", "damper", "passive", "actuation", "equality", "constraint"}
-"""Options that are ignored if they disable these effects."""
+"""Effects that the system has even if an option of the model disables them."""
 SITE_WRAP, JOINT_WRAP = 3, 1
 NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

@@ -39,7 +39,7 @@ PASSED = {
     "link": {"inertial", "visual", "collision"},
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"},
 }
-"""Elements that are read."""
+"""Child elements that are read, by parent."""
 ATTRIBUTES = {
     "robot": {"name", "version"},
     "link": {"name"},

@@ -26,7 +26,7 @@ ELEMENTS = 200_000
 LARGEST = 1e60
 """The largest number accepted for a length, a mass, …; products of larger ones could overflow."""
 WORD = 4096
-"""The maximum length of attributes that are read, mostly names and a few numbers."""
+"""The maximum length of an attribute that is read, usually a name or a few numbers; others may be longer."""
 
 
 @dataclass(slots=True, eq=False)

@@ -111,7 +111,7 @@ class Auxiliary:
         return self._states.vanish((a - b).components(self._frames.inertial), [1])
 
     def _forces(self) -> list[Any]:
-        """Symbols and functions that occur only in loads at points with auxiliary speeds, as measure numbers."""
+        """Candidates for unknown forces: symbols and functions x with terms ±x in loads at points with auxiliary speeds."""
         from sympy import Symbol
         from sympy.core.function import AppliedUndef
 

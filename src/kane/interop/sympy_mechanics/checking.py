@@ -42,7 +42,7 @@ def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
     values, system = states.values, eom.system
     states.of(
         [*system.parameters, *(s for s in system.inputs if isinstance(s, Input))]
-    )  # loads' have had no values yet
+    )  # draws values for symbols that occur only in loads
     q, parameters, inputs = (
         {s: values[s] for s in x if s in values} for x in (system.coordinates, system.parameters, system.inputs)
     )
@@ -51,7 +51,7 @@ def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", KaneWarning
-        )  # that speeds miss a constraint: then accelerations differ, which is said
+        )  # speeds that violate a constraint give different accelerations, which `check` reports
         found = eom.evaluate(wanted, q=q, u=u, parameters=parameters, inputs=inputs, t=values.get(time, 0.0))
     return np.array(np.broadcast_arrays(*found, np.zeros(COUNT))[:-1])
 

@@ -94,7 +94,7 @@ class Points:
             self._references[p], self._lines[p] = reference, way[::-1]
 
     def _origin(self, reference: Any, there: Array, drift: Vector, size: float, theirs: Any) -> dict[Any, Point]:
-        """The points that move with a common origin: the position of `reference` displaced by the drift."""
+        """The points placed from a common origin, the point `reference` if it moved with this drift; made on first use."""
         start, held = self._auxiliary.start(theirs, self._base, self._names.free)
         for other, drifts, made in self._origins:
             if other == (reference, held) and np.allclose(drifts, there, rtol=0, atol=EQUAL * size * 10):

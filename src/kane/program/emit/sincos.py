@@ -289,6 +289,6 @@ static double kane_{name}(double x)
 
 
 def c_sincos(called: Collection[str]) -> str:
-    """Those of kane_sincos, kane_sin and kane_cos in `called`. For a sine alone, kane_sin is faster than the library."""
+    """The text of the functions kane_sincos, kane_sin and kane_cos in `called`; the latter two are faster than the library's."""
     lone = [_LONE.format(name=name, value=name[0]) for name in ("sin", "cos") if name in called]
     return "\n".join([C_SINCOS, *lone]) if called else ""

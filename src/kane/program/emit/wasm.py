@@ -91,7 +91,7 @@ def add_program(module: Module, program: Program, prefix: str = "", exported: bo
 
 
 def parameters(ports: Sequence[Port]) -> list[int]:
-    """The parameter types of a function: a number or an address for each port, then addresses of h and the results."""
+    """The types of a function's parameters for its ports: f64 for a number, i32 for an address. Addresses of h and results follow."""
     return [F64 if port.scalar else I32 for port in ports]
 
 
