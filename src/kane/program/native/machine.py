@@ -187,7 +187,7 @@ class Library:
         """A ctypes callable, which keeps the library alive; if `brief`, it does not release the GIL."""
         kind = ctypes.PYFUNCTYPE if brief else ctypes.CFUNCTYPE
         function = kind(result, *arguments)(self.address(symbol))
-        function._library = self  # ctypes functions accept attributes
+        function._library = self  # type: ignore[attr-defined]  # ctypes functions take attributes
         return function
 
 
