@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 7, beside the presentation: exchange with other tools, each module imported only when it is used."""
+"""Layer 7: exchange with other tools. Each importer or exporter is imported only when it is used."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Equations of motion as functions of JAX, PyTorch and CasADi, built operation by operation.
 
-Each tool is imported when it is asked for.
+Each tool is imported on first use.
 """
 
 import importlib
@@ -29,33 +29,33 @@ _SAME = ["sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sig
 
 
 def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool = False) -> Callable[..., Any]:
-    """A routine of the equations as a pure function `f(t, x, p=None, r=None)` of JAX, for `jit`, `vmap`, `grad` and `jacfwd`.
+    """Return a routine of the equations as a pure JAX function `f(t, x, p=None, r=None)`, for `jit`, `vmap`, `grad` and `jacfwd`.
 
     Parameters
     ----------
     eom
-        The equations that `kn.derive` gives.
+        The equations, from `kn.derive`.
     routine
-        "rhs" (ẋ), "mass_matrix", "forcing", "reactions", "inverse_dynamics" or another of `Compiled.emit`; arguments such as the
-        accelerations a stand after x.
+        "rhs" (ẋ), "mass_matrix", "forcing", "reactions", "inverse_dynamics" or another of `Compiled.emit`; additional arguments
+        such as the accelerations a follow x.
     single
-        Take single precision too. Without it JAX must be set to double precision, for a right-hand side in single precision is
-        good for few steps of an integrator.
+        Permit single precision. By default JAX must be set to double precision, because the rounding errors of a right-hand side in
+        single precision soon dominate an integration.
     native
-        Call our machine code from XLA, on processors alone, where its compiler would take long over thousands of operations. ẋ has
-        compiled derivatives by all arguments; further ones, and those of other routines, are as without it.
+        Call kane's machine code from XLA, on CPUs only, instead of compiling thousands of operations with XLA. ẋ has compiled
+        first derivatives with respect to all arguments; higher ones, and those of other routines, are as without `native`.
 
     Returns
     -------
     callable
-        Vectors have their values on the last axis; axes before it are broadcast and come first in the result. `p` and `r` are as in
-        `Compiled.rhs`: parameters left out have their defaults. Values by name may be traced, and have axes.
+        Vectors have their values on the last axis; preceding axes are broadcast and come first in the result. `p` and `r` are as in
+        `Compiled.rhs`: omitted parameters have their defaults. Values given by name may be traced arrays with axes.
 
     Raises
     ------
     ArgumentError
-        if JAX is not installed or not in double precision, which `native` always wants, or the equations have no such
-        routine; when called, if a vector has another length, or a parameter no value
+        if JAX is not installed or not in double precision, which `native` always requires, or the equations have no such
+        routine; when called, if a vector has a wrong length, or a parameter no value
     """
     jax, jnp = _module("jax"), _module("jax.numpy")
 
@@ -72,20 +72,20 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
 
 
 def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callable[..., Any]:
-    """A routine of the equations as a function `f(t, x, p=None, r=None)` of PyTorch tensors in double precision.
+    """Return a routine of the equations as a function `f(t, x, p=None, r=None)` of PyTorch tensors in double precision.
 
-    It is made of differentiable operations, so that `torch.autograd` and `torch.func` (`vmap`, `jacrev`, `jacfwd`) go through;
-    otherwise as `to_jax`.
+    It consists of differentiable operations and works with `torch.autograd` and `torch.func` (`vmap`, `jacrev`, `jacfwd`);
+    otherwise it is as in `to_jax`.
 
     Parameters
     ----------
     eom
-        The equations that `kn.derive` gives.
+        The equations, from `kn.derive`.
     routine
         As in `to_jax`.
     native
-        Call our machine code, on processors alone: one call in the place of one for each operation. ẋ has compiled derivatives by
-        all arguments; further ones, and those of other routines, are as without it.
+        Call kane's machine code, on CPUs only, once instead of one call for each operation. ẋ has compiled first derivatives with
+        respect to all arguments; higher ones, and those of other routines, are as without `native`.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callabl
 def _of_tool(
     eom: Any, routine: str, xp: Any, kind: type, number: Callable[[Any], Any], native: Callable[..., Any] | None
 ) -> Callable[..., Any]:
-    """A routine as operations of a library of arrays of this kind, or as machine code that it calls."""
+    """A routine in operations of an array library whose arrays have the type `kind`, or as a call of machine code if `native`."""
     program = cache(lambda name: _program(eom, (name,)))
 
     def operations(name: str) -> Evaluate:
@@ -125,26 +125,26 @@ def _of_tool(
 
 
 def to_casadi(eom: Any, routine: str = "rhs") -> Any:
-    """A routine of the equations as a `casadi.Function` of SX, of as few operations as our own code, for IPOPT, acados and others.
+    """Return a routine of the equations as a `casadi.Function` of SX, with the operations of kane's own code.
 
     Parameters
     ----------
     eom
-        The equations that `kn.derive` gives.
+        The equations, from `kn.derive`.
     routine
         "rhs": ẋ = f(t, x, p, r). "residual": 0 = F(t, x, xdot, p, r), the rates of the coordinates, then M u̇ − f, then the rates of
-        further states: no mass matrix is solved for, as collocation wants it. Under constraints M u̇ − f is the constraints' own
-        forces, and F is ẋ − f. Others as in `to_jax`.
+        further states, without a solution for u̇, as collocation needs it. With constraints M u̇ − f would equal the constraint
+        forces, so that F is xdot − f(t, x, p, r). Others as in `to_jax`.
 
     Returns
     -------
     casadi.Function
-        Its inputs are columns called t, x, p, r, with those of the routine's own after x; its output is called after the routine.
+        Its inputs are columns named t, x, p, r, with additional ones of the routine after x; its output is <routine>_value.
 
     Raises
     ------
     ArgumentError
-        if CasADi is not installed, the equations have no such routine, or no inverse dynamics where it is wanted
+        if CasADi is not installed, or the equations have no such routine or no inverse dynamics that the routine needs
     """
     ca = _module("casadi")
     table = {name: getattr(ca, name) for name in [*_SAME, "asin", "acos", "atan", "atan2"]}
@@ -182,7 +182,7 @@ def _residual(eom: Any, ca: Any, table: Mapping[str, Callable[..., Any]]) -> Any
 
 
 def _entries(program: Program, given: Mapping[str, Any]) -> list[Any]:
-    """The values of all inputs from a vector for each port."""
+    """The values of all inputs of a program, from one vector for each port."""
     return [given[port.name][k] for port in program.ports for k in range(len(port.symbols))]
 
 
@@ -196,7 +196,7 @@ _OPERATORS: Mapping[str, Callable[..., Any]] = {
 
 
 def _arrays(xp: Any) -> Mapping[str, Callable[..., Any]]:
-    """Operations of a library of arrays."""
+    """The table of operations of an array library."""
     nan = float("nan")
     named = {name: getattr(xp, name) for name in [*_SAME, "abs"]}
     return {
@@ -217,7 +217,7 @@ def _arrays(xp: Any) -> Mapping[str, Callable[..., Any]]:
 
 
 def _module(name: str) -> Any:
-    """A tool that need not be there."""
+    """An optional dependency; ArgumentError if it is not installed."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as missing:
@@ -249,7 +249,7 @@ def _run(
     inputs: Sequence[Any],
     number: Callable[[float], Any],
 ) -> list[Any]:
-    """The results of a routine at given values of all inputs, whatever they are numbers of."""
+    """The results of a routine at values of all inputs, in the arithmetic of these values."""
     values: dict[int, Any] = dict(enumerate([*inputs, *map(number, program.constants)]))
     needed = {a for i in routine.body for a in program.arguments(i)}.union(routine.results)
     for i in (*program.below(needed, False), *routine.body):
@@ -258,7 +258,7 @@ def _run(
 
 
 def _traced(program: Program, xp: Any, number: Callable[[Any], Any]) -> Evaluate:
-    """The one routine of a program operation by operation."""
+    """The function of a program with one routine, evaluated operation by operation."""
     (routine,), ports, table = program.routines, program.ports, _arrays(xp)
 
     def evaluate(arrays: Sequence[Any]) -> Any:
@@ -273,13 +273,13 @@ def _traced(program: Program, xp: Any, number: Callable[[Any], Any]) -> Evaluate
 
 
 ByName: TypeAlias = Callable[[Port, Mapping[Any, Any], Array], Any]
-"""The vector of a port from values by symbol or name, and numbers of those that are left out."""
+"""The vector of a port from a mapping by symbol or name, and defaults of omitted values."""
 
 
 def _by_name(
     port: Port, value: Mapping[Any, Any], base: Array, kind: type, vector: Callable[[Sequence[Any]], Any]
 ) -> Any:
-    """Arrays of the tool, what it traces among them, stay what they are; other values are numbers."""
+    """The vector of a port from a mapping; arrays of the tool, which may be traced, are stacked unchanged, others are numbers."""
     given = named_values(port.nouns, port.symbols, value)
     traced = {s: v for s, v in given.items() if isinstance(v, kind)}
     zeros = dict.fromkeys(traced, 0.0)
@@ -290,7 +290,7 @@ def _by_name(
 def _callable(
     eom: Any, program: Program, number: Callable[[Any], Any], by_name: ByName, evaluate: Evaluate
 ) -> Callable[..., Any]:
-    """A function of the ports of a routine that gives arrays."""
+    """A function of the ports of a routine, called by position or name, that returns an array."""
     ports, name = program.ports, program.routines[0].name
     defaults = {port.name: port_defaults(port) for port in ports if port.hoisted}
 
@@ -317,7 +317,7 @@ def _given(ports: Sequence[Port], rest: tuple[Any, ...], named: Mapping[str, Any
 def _vector(
     port: Port, value: Any, defaults: Mapping[str, Array], number: Callable[[Any], Any], by_name: ByName
 ) -> Any:
-    """An argument as an array, of which nothing is missing."""
+    """An argument as an array of the tool; raises if its length is wrong or a value is missing."""
     if isinstance(value, Mapping):
         value = by_name(port, value, defaults.get(port.name, np.full(len(port.symbols), np.nan)))
     elif value is None and port.hoisted:

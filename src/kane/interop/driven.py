@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Coordinates for what a source moves by velocities alone, which it has none for: each with the rate that the velocity gives it.
+"""Additional coordinates for points and frames that an imported model moves by velocities only; their rates are these velocities.
 
-A point moves by a length for each component of its velocity. A frame turns by an angle where its axis stands still, else by Euler
-parameters, whose quasi-rates are the components of its angular velocity. Of kinematical rows those that are independent define speeds.
+A point is displaced by a length for each component of its velocity. A frame is rotated by an angle if its axis is fixed, else by Euler
+parameters, whose quasi-rates are the components of its angular velocity. Independent kinematical equations then define speeds.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -19,19 +19,19 @@ from kane.space.frame import Frame, Point
 from kane.space.vector import Vector, axes
 
 New = Callable[[str], Coordinate]
-"""A coordinate for what is called x, y, z, angle, e0, …."""
+"""Makes a coordinate from the suffix of its name: x, y, z, angle, e0, …."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GivenRates:
-    """Coordinates, and their rates or quasi-rates, each with what it is."""
+    """Coordinates, and pairs of a rate or quasi-rate and its value."""
 
     coordinates: tuple[Coordinate, ...]
     rates: tuple[tuple[Expr, Expr], ...]
 
 
 def moved(start: Point, name: str, frame: Frame, velocity: Sequence[Expr], new: New) -> tuple[Point, GivenRates]:
-    """A point that moves from another one by a velocity, given along the axes of a frame."""
+    """A point displaced from another one, with a velocity relative to it along the axes of a frame."""
     moving = [
         (axis, new(letter), v) for axis, letter, v in zip(axes(frame), "xyz", velocity, strict=True) if v is not ZERO
     ]
@@ -40,26 +40,26 @@ def moved(start: Point, name: str, frame: Frame, velocity: Sequence[Expr], new: 
 
 
 def turned_about(base: Frame, name: str, axis: int, spin: Expr, new: New) -> tuple[Frame, GivenRates]:
-    """A frame that turns about an axis of another one."""
+    """A frame rotated about an axis of another one, with the rate `spin`."""
     angle = new("angle")
     return base.rotate(name, angle, axes(base)[axis]), GivenRates((angle,), ((rate(angle), spin),))
 
 
 def turned_freely(base: Frame, name: str, new: New) -> tuple[Frame, tuple[Coordinate, ...]]:
-    """A frame that turns in another one by Euler parameters."""
+    """A frame rotated in another one by Euler parameters."""
     e = tuple(new(f"e{k}") for k in range(4))
     return base.rotate_euler_parameters(name, e), e
 
 
 def spinning(frame: Frame, spin: Iterable[Expr]) -> GivenRates:
-    """The Euler parameters of a frame, by its angular velocity along its own axes."""
+    """The quasi-rates of a frame's Euler parameters: its angular velocity along its own axes."""
     turn = frame.orientation
     assert turn is not None
     return GivenRates(turn.parameters, tuple(zip(turn.quasi, spin, strict=True)))
 
 
 def independent_rows(numbers: Array) -> list[int]:
-    """The first rows (rows × columns × states) that are independent at all states; a ModelError where their number differs."""
+    """The first maximal set of rows (rows × columns × states) that is independent at all states; ModelError if the rank varies."""
     kept: list[int] = []
     for i in range(len(numbers)):
         ranks = {int(_rank(numbers[[*kept, i], :, k])) for k in range(numbers.shape[2])}

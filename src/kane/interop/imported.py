@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What importers return: a system, its symbols by the names that they have in the source, and what became of the rest."""
+"""The result of importers: a system, its symbols by their names in the source, and remarks on the treatment of the rest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,12 +26,12 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "checked": "compared with the source",
     }
 )
-"""The kinds of remarks, in the order in which they are shown."""
+"""The kinds of remarks, in the order of display."""
 
 
 @dataclass(frozen=True, slots=True)
 class Remark(Attributes):
-    """What an importer did with a thing of the source, and where it stands there: its kind is a row of `KINDS`."""
+    """The treatment of an item of the source, and its position there; `kind` is a key of `KINDS`."""
 
     kind: Kind
     text: str
@@ -43,15 +43,15 @@ class Remark(Attributes):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Imported(Attributes):
-    """A model of another tool as a system.
+    """The model of another tool as a system.
 
     Attributes
     ----------
     system : the model
-    symbols : all symbols, by the names that they have in the source
-    q, u, parameters : those that are coordinates, speeds and parameters
-    remarks : what was read, inferred, changed, ignored, refused and checked
-    extras : what is no mechanics, or no part of a system: limits, shapes, files, start values
+    symbols : all symbols, by their names in the source
+    q, u, parameters : the coordinates, speeds and parameters among them
+    remarks : the items that were read, inferred, changed, ignored, refused and checked
+    extras : data that are not part of a system: limits, shapes, files, start values
     """
 
     system: System
@@ -64,11 +64,11 @@ class Imported(Attributes):
 
     @cached_property
     def eom(self) -> Equations:
-        """The equations of motion, derived when they are first asked for."""
+        """The equations of motion, derived on first access."""
         return derive(self.system)
 
     def of_kind(self, kind: Kind) -> tuple[str, ...]:
-        """What the remarks of one kind say."""
+        """The texts of the remarks of one kind."""
         return tuple(r.text for r in self.remarks if r.kind == kind)
 
     def __repr__(self) -> str:
@@ -86,21 +86,21 @@ class Imported(Attributes):
 
 
 def size_of(system: System) -> str:
-    """How many bodies, coordinates, speeds and constraints."""
+    """The numbers of bodies, coordinates, speeds and constraints, in words."""
     counted = ("bodies", "coordinates", "speeds", "constraints")
     return show.counts(**{name: len(getattr(system, name)) for name in counted})
 
 
 class Remarks:
-    """A list of remarks that is being written, each once."""
+    """Collects remarks without repetition."""
 
     def __init__(self) -> None:
         self._said: dict[Remark, None] = {}
 
     def say(self, kind: Kind, text: str, where: str = "") -> None:
-        """One more."""
+        """Adds a remark."""
         self._said.setdefault(Remark(kind, text, where))
 
     def all(self) -> tuple[Remark, ...]:
-        """Those written so far."""
+        """The remarks so far."""
         return tuple(self._said)

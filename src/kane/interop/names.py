@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names of a source as free ones, each given out once: as it stands, or as an identifier of Python."""
+"""Unique names from those of a source: unchanged, or converted to Python identifiers."""
 
 from collections.abc import Iterable
 
@@ -7,16 +7,16 @@ from kane.program.emit.identifiers import numbered, word
 
 
 class FreeNames:
-    """Names that are taken, and free ones made of what is wanted."""
+    """The names in use, and new ones derived from wanted names."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = set(taken)
 
     def free(self, wanted: str) -> str:
-        """`wanted` without spaces, with a number behind it where it is taken."""
+        """`wanted` without spaces, with a number appended if the name is in use."""
         return numbered("".join("_" if c.isspace() else c for c in wanted) or "x", self._taken)
 
     def identifier(self, wanted: str, kind: str) -> str:
-        """`wanted` where that is a free identifier, else one made of it, with what `kind` it is of where it is taken."""
+        """`wanted` as an identifier, with `kind` appended if it is in use."""
         plain = word(wanted, kind)
         return numbered(f"{plain}_{kind}" if plain in self._taken else plain, self._taken)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Machine code as functions of JAX: XLA calls it for one state or many, and derivatives are compiled routines of their own.
+"""Machine code as functions of JAX: XLA calls it for one state or many, and derivatives are compiled routines too.
 
-∂ẋ/∂(t, x, p, r) are routines as ẋ is; the products with them are JAX's, so that forward and reverse mode both go through. Other
-routines, these derivatives among them, are differentiated operation by operation, by JAX's rules.
+∂ẋ/∂(t, x, p, r) are compiled like ẋ; JAX multiplies by them, so that forward and reverse mode both work. Other routines, including
+these derivatives, are differentiated operation by operation, by JAX's rules.
 """
 
 from collections.abc import Callable
@@ -15,13 +15,13 @@ from kane.program.native.machine import Settings
 from kane.program.program import Program
 
 _called: dict[str, Entry] = {}
-"""What XLA may call while this process lives, by name."""
+"""The functions that XLA may call in this process, by name, kept alive."""
 
 
 def native(
     jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
 ) -> Callable[..., Any]:
-    """A routine in machine code, of vectors with as many axes each; `traced_of` gives routines as operations of JAX."""
+    """A routine in machine code, on vectors with equal numbers of axes; `traced_of` gives routines as operations of JAX."""
     jnp, program = jax.numpy, program_of(name)
     (routine,), ports = program.routines, program.ports
     target, slopes = _target(jax, program), SLOPES.get(name, {})
@@ -58,7 +58,7 @@ def _instance(jax: Any, change: Any) -> Any:
 
 
 def _target(jax: Any, program: Program) -> str:
-    """The name by which XLA calls the program's routine."""
+    """The name under which XLA calls the program's routine; registers it on first use."""
     name, entry = xla_function(program, Settings())
     if name not in _called:
         jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(entry.address), platform="cpu")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What routines in machine code have in common, whatever tool of differentiation calls them."""
+"""Common parts of the native functions of JAX and PyTorch."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -7,15 +7,15 @@ from typing import Any, TypeAlias
 from kane.program.program import Port
 
 Evaluate: TypeAlias = Callable[[Sequence[Any]], Any]
-"""The results at an array for each port: a number or values on the last axis, behind axes that broadcast."""
+"""A function of one array per port, a scalar or values on the last axis after broadcast axes, that returns the results."""
 SLOPES: Mapping[str, Mapping[str, str]] = {
     "rhs": {"t": "jac_time", "x": "jac", "p": "jac_parameters", "r": "jac_inputs"}
 }
-"""Of routines with compiled derivatives, these by port."""
+"""The routines that compute the derivatives of a routine, by port."""
 
 
 def of_arrays(ports: Sequence[Port], function: Callable[..., Any]) -> Evaluate:
-    """The same of arrays, from a function of vectors with as many axes each."""
+    """A function of arrays with any numbers of axes, from one of vectors with equal numbers of axes."""
 
     def evaluate(arrays: Sequence[Any]) -> Any:
         vectors = [a[..., None] if port.scalar else a for port, a in zip(ports, arrays, strict=True)]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Machine code as functions of PyTorch: for one state or many, with derivatives that are compiled routines of their own.
+"""Machine code as functions of PyTorch: for one state or many, with derivatives that are compiled routines too.
 
-∂ẋ/∂(t, x, p, r) are routines as ẋ is; the products with them are PyTorch's, so that forward and reverse mode both go through. Other
-routines, these derivatives among them, are differentiated operation by operation, by PyTorch's rules.
+∂ẋ/∂(t, x, p, r) are compiled like ẋ; PyTorch multiplies by them, so that forward and reverse mode both work. Other routines, including
+these derivatives, are differentiated operation by operation, by PyTorch's rules.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ from kane.program.program import Program
 def native(
     torch: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
 ) -> Callable[..., Any]:
-    """A routine in machine code, of vectors with as many axes each; `traced_of` gives routines as operations of PyTorch."""
+    """A routine in machine code, on vectors with equal numbers of axes; `traced_of` gives routines as operations of PyTorch."""
     program = program_of(name)
     ports, slopes, run = program.ports, SLOPES.get(name, {}), _run(torch, program)
     traced = of_vectors(ports, traced_of(name))
@@ -28,8 +28,8 @@ def native(
     def slope(k: int) -> Callable[..., Any]:
         return native(torch, slopes[ports[k].name], program_of, traced_of)
 
-    class Native(torch.autograd.Function):  # type: ignore[misc]  # of a module that is imported when it is asked for
-        """A call, and the rules by which PyTorch goes through it."""
+    class Native(torch.autograd.Function):  # type: ignore[misc]  # torch is imported lazily
+        """The call, and its rules for autograd and vmap."""
 
         @staticmethod
         def forward(*vectors: Any) -> Any:
@@ -68,7 +68,7 @@ def native(
 
 
 def _run(torch: Any, program: Program) -> Callable[..., Any]:
-    """The call itself, of tensors in the memory that processors work on."""
+    """The call of machine code on CPU tensors."""
     (routine,), ports = program.routines, program.ports
     compiled = CompiledRoutine(program, routine.name, Settings(), not_finite="ignore")
 
@@ -86,9 +86,9 @@ def _run(torch: Any, program: Program) -> Callable[..., Any]:
 
 
 def _pushed(torch: Any, function: Callable[..., Any], given: Sequence[Any], changes: Sequence[Any]) -> Any:
-    """The derivative along changes, of which some may be missing, as that of a product with ∂f by its other factor.
+    """The derivative along `changes`, which may contain None, as that of the product with ∂f with respect to its other factor.
 
-    PyTorch does not nest its forward mode.
+    PyTorch does not nest forward mode.
     """
     moved = [k for k, d in enumerate(changes) if d is not None]
     found, pull = torch.func.vjp(function, *given)
@@ -101,6 +101,6 @@ def _pushed(torch: Any, function: Callable[..., Any], given: Sequence[Any], chan
 
 
 def _summed(gradient: Any, vector: Any) -> Any:
-    """A gradient over the axes along which one vector was shared by all."""
+    """A gradient summed over the axes along which the vector was broadcast."""
     shared = [k for k, (n, own) in enumerate(zip(gradient.shape, vector.shape, strict=True)) if n != own]
     return gradient.sum(shared, keepdim=True) if shared else gradient

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expressions to SymPy and back. SymPy is imported on the first call; text is never parsed."""
+"""Conversion of expressions to SymPy and back. SymPy is imported on first use; strings are never parsed."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -19,20 +19,20 @@ from kane.expr.symbols import Parameter, Rate, Symbol, Time, time
 
 
 def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
-    """`expr` as a SymPy expression; rational constants and pi stay exact.
+    """Convert an expression to SymPy; rational constants and pi stay exact.
 
     Parameters
     ----------
     expr
-        What to convert.
+        The expression.
     functions_of_time
-        False: every symbol becomes `sympy.Symbol(name)`, a rate the symbol "q1'". True: all but parameters and time
-        become functions q1(t), and rates their derivatives, as `sympy.physics.mechanics` has them.
+        False: every symbol becomes `sympy.Symbol(name)`, a rate the symbol "q1'". True: symbols other than parameters and time
+        become functions q1(t), and rates their derivatives, as in `sympy.physics.mechanics`.
 
     Raises
     ------
     ExpressionError
-        if two different symbols of `expr` have one name, or one that is not the time is called t where functions are of it.
+        if two different symbols of `expr` have the same name, or with `functions_of_time` a symbol other than time is named t.
     """
     import sympy
 
@@ -60,7 +60,7 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
                 continue
             try:
                 converted[node] = convert(node)
-            except RecursionError:  # SymPy asks deep arguments for their properties: from here on unevaluated
+            except RecursionError:  # SymPy inspects deep arguments recursively: unevaluated from here on
                 rest.enter_context(sympy.evaluate(False))
                 converted[node] = convert(node)
     whole = order[-1]
@@ -68,7 +68,7 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
 
 
 def _relation(comparison: Expr, converted: Mapping[Expr, Any]) -> Any:
-    """A comparison as SymPy's; elsewhere it is a number, 1 or 0."""
+    """A comparison as a relational of SymPy, for use as a condition; elsewhere it is the number 1 or 0."""
     import sympy
 
     return sympy.StrictLessThan(*[converted[a] for a in comparison.args])
@@ -78,7 +78,7 @@ _FAMILY = {ADD: 1, SUB: 1, NEG: 1, MUL: 2, DIV: 2}
 
 
 def _flattened(order: Sequence[Expr]) -> set[Expr]:
-    """Sums in one sum and products in one product: written into it, for SymPy is slow at adding one by one."""
+    """Sums and products to merge into the sum or product that reads them, because SymPy is slow at binary operations."""
     uses = Counter(a for node in order for a in node.args)
     return {
         a
@@ -155,20 +155,20 @@ def _number(value: Number | None) -> Any:
 
 
 def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
-    """A SymPy expression as ours.
+    """Convert a SymPy expression to an expression of kane.
 
     Parameters
     ----------
     expression
-        A SymPy expression or a number. Text is refused: SymPy's parser evaluates it as code.
+        A SymPy expression or a number. Strings are refused, because SymPy's parser evaluates them as code.
     symbols
-        What each SymPy symbol stands for, by the symbol or by its name; q1(t) is looked up under q1. Rates, "q1'"
-        and the derivative of q1(t), follow from q1. Values at other instants, q1(t − 1) or q1(0), stand for what they are given.
+        The expression for each SymPy symbol, by the symbol or its name; q1(t) is looked up under q1. Rates, "q1'" and the
+        derivative of q1(t), follow from q1. Values at other times, q1(t − 1) or q1(0), need entries of their own.
 
     Raises
     ------
     ExpressionError
-        for a symbol that is not in `symbols`, and for what the graph has no operation for.
+        for a symbol that is not in `symbols`, or a function for which kane has no operation.
     """
     import sympy
 
@@ -182,7 +182,7 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
     if isinstance(expression, sympy.StrictLessThan | sympy.StrictGreaterThan):
         sides = (expression.lts, expression.gts)
         return NODE_BUILDERS["less"](*[from_sympy(side, symbols) for side in sides])
-    converted: dict[int, Any] = {}  # by id: comparing deep SymPy trees would recurse
+    converted: dict[int, Any] = {}  # by id, because comparing deep SymPy trees recurses
     stack = [expression]
     while stack:
         node = stack[-1]
@@ -205,11 +205,11 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
 
 
 _Choice = Callable[[Expr, Expr], Expr]
-"""A condition, as what it makes of the values where it holds and where not."""
+"""A condition, as the function that selects between the values for true and false."""
 
 
 def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Expr | _Choice | None:
-    """What `node` stands for if nothing below it is to be converted, else None."""
+    """The value of `node` if it can be converted without its arguments, else None."""
     import sympy
     from sympy.core.function import AppliedUndef
 
@@ -250,7 +250,7 @@ def _declared(node: Any, name: str, symbols: Mapping[Any, Expr]) -> Expr:
 
 
 def _function(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
-    """What q(t) stands for by the name q: a value at another instant, as q(t − τ) or q(0), is none of it."""
+    """The value of q(t), looked up by the name q; raises for values at other times, q(t − τ) or q(0), unless they are in `symbols`."""
     import sympy
 
     if node in symbols:
@@ -292,7 +292,7 @@ def _product(*factors: Expr) -> Expr:
 
 def _power(base: Expr, exponent: Expr) -> Expr:
     value = constant_value(exponent)
-    if isinstance(value, Fraction) and value.denominator == 2:  # x^(3/2) came from x sqrt(x)
+    if isinstance(value, Fraction) and value.denominator == 2:  # x^(3/2) was x sqrt(x)
         return power(NODE_BUILDERS["sqrt"](base), constant(value.numerator))
     return power(base, exponent)
 
@@ -337,7 +337,7 @@ _FROM: dict[str, Callable[..., Any]] = {
     "floor": NODE_BUILDERS["floor"],
     "Min": lambda *args: reduce(NODE_BUILDERS["min"], args),
     "Max": lambda *args: reduce(NODE_BUILDERS["max"], args),
-    # SymPy's symbols may be complex, ours are real: Abs(exp(m)) comes back as exp(re(m)).
+    # SymPy's symbols may be complex, those of kane are real: Abs(exp(m)) is returned as exp(re(m)).
     "re": lambda x: x,
     "im": lambda x: ZERO,
     "conjugate": lambda x: x,
@@ -357,5 +357,5 @@ _FROM: dict[str, Callable[..., Any]] = {
     "And": _and,
     "Or": _or,
     "Not": _not,
-    "ITE": lambda c, a, b: lambda x, y: c(a(x, y), b(x, y)),  # a Piecewise that stands in a condition
+    "ITE": lambda c, a, b: lambda x, y: c(a(x, y), b(x, y)),  # a Piecewise in a condition
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 0: straight-line code, Programs and kernels, as machine code, C and NumPy."""
+"""Layer 0: Programs (straight-line code) and kernels (code with loops), compiled to machine code or printed in C, NumPy and others."""
 
 from kane.lazy_imports import offered
 

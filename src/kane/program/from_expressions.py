@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From expressions to a Program: values numbered, constants folded.
+"""From expressions to a Program: common subexpressions are numbered once, and constants folded.
 
-Named groups of expressions that one routine computes, and gives back as a record of arrays with their shapes.
+`Bundle` is a record of named groups of expressions that one routine computes; the results are arrays with the groups' shapes.
 
-The operation receipt of a Program: what each routine costs, by tier and by kind.
+`Receipt` counts the operations of a Program for each routine, by tier and by kind.
 """
 
 import math
@@ -31,7 +31,7 @@ from kane.progress import collecting_seldom
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """What a routine is to compute: expressions in row-major order of `shape`, with a label each."""
+    """The specification of a routine: expressions in row-major order of `shape`, with one label each."""
 
     name: str
     roots: Sequence[Expr]
@@ -50,15 +50,15 @@ def build_program(
     optimize: bool = False,
     rules: Rules = RULES,
 ) -> Program:
-    """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
+    """The Program of the routines in `tasks`; with `reciprocals`, divisions by one divisor share its reciprocal.
 
-    `optimize` rewrites to fewer operations by `rules`, which round in another order, or leaves identical limbs as they are, side by
-    side. `note` says of a guard what its NaN means.
+    `optimize` reduces operations by `rules`, which change rounding, or, if the code has enough isomorphic subgraphs, leaves it
+    unchanged with these as packs. `note` explains the NaN of a guard.
 
     Raises
     ------
     ValueMissingError
-        if an expression holds a symbol that no port gives
+        if an expression contains a symbol that is in no port
     """
     memo: dict[Expr, Expr] = {}
     tasks = [replace(task, roots=lowered(task.roots, memo)) for task in tasks]
@@ -79,7 +79,7 @@ def build_program(
 def _numbered(
     name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task], note: Callable[[Expr], Note] | None
 ) -> Code:
-    """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
+    """The code with every expression once, in evaluation order; constant subexpressions are folded."""
     order = postorder(root for w in tasks for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]
     _refuse_unknown(order, inputs, ports)
@@ -105,7 +105,7 @@ def _numbered(
 
 
 def _key(value: float) -> tuple[float, bool]:
-    """0.0 and −0.0 are equal and not the same."""
+    """A key that distinguishes 0.0 and −0.0, which compare equal."""
     return value, math.copysign(1.0, value) < 0.0
 
 
@@ -118,7 +118,7 @@ def _refuse_unknown(order: Iterable[Expr], inputs: Sequence[Symbol], ports: Sequ
 
 
 def _fold(order: Iterable[Expr]) -> dict[Expr, float]:
-    """The value of every node of constants alone; what is not finite stays an instruction, to be found when it runs."""
+    """The value of every constant node; a value that is not finite is not folded, so that it is reported when the code runs."""
     values: dict[Expr, float] = {}
     for node in order:
         if node.op is CONST:
@@ -144,7 +144,7 @@ class Shaped:
 
 
 def shaped(what: Any) -> Shaped:
-    """One expression (shape ()), a sequence (n,) or a Matrix (m, n)."""
+    """The expressions and shape of a single expression (shape ()), a sequence (n,) or a Matrix (m, n)."""
     if isinstance(what, Shaped):
         return what
     if isinstance(what, Matrix):
@@ -155,7 +155,7 @@ def shaped(what: Any) -> Shaped:
 
 
 class Bundle(Generic[R]):
-    """Groups of expressions of the symbols of `ports`: `record(*arrays)` is what their routine gives, in the order of the groups."""
+    """Named groups of expressions in the symbols of `ports`; `record(*arrays)` makes the result, with an array for each group."""
 
     __slots__ = ("_places", "groups", "labels", "name", "ports", "record")
 
@@ -181,22 +181,22 @@ class Bundle(Generic[R]):
 
     @property
     def task(self) -> Task:
-        """What its routine computes: all groups, one after the other."""
+        """The specification of its routine: all groups, concatenated."""
         roots = tuple(root for g in self.groups.values() for root in g.roots)
         return Task(self.name, roots, (len(roots),), self.labels)
 
     def split(self, values: Array) -> R:
-        """The record of results (…, n): views of them, with their leading axes, then the shape of the group."""
+        """The record of results (…, n); each array is a view with the leading axes, then the shape of its group."""
         lead = values.shape[:-1]
         return self.record(*(values[..., place].reshape(lead + shape) for place, shape in self._places))
 
     def places(self, name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-        """Where in a row of results those of a group stand, in its shape."""
+        """The indices of a group's results in a row of results, in the shape of the group."""
         place, shape = self._places[list(self.groups).index(name)]
         return np.arange(place.start, place.stop).reshape(shape)
 
     def reference(self, leaves: Sequence[Expr]) -> Callable[[Sequence[Any]], R]:
-        """A function from numbers for `leaves` to the record, on the reference evaluator: nothing is compiled."""
+        """A function from values of `leaves` to the record, by the reference evaluator, without compilation."""
         run = compile_reference(self.task.roots, leaves)
         return lambda values: self.split(np.array(run(values), dtype=float))
 
@@ -207,9 +207,9 @@ def _labels(name: str, group: Shaped) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Receipt(Attributes):
-    """Operations of each routine, in the order of the program.
+    """Operation counts of each routine, in the order of the program.
 
-    Those of parameters are what the routine needs of them; they are computed once for all routines.
+    Operations on parameters are those that the routine depends on; a program computes them once for all routines.
     """
 
     routines: tuple[tuple[str, Operations], ...]
@@ -228,7 +228,7 @@ class Receipt(Attributes):
 
 
 def receipt(program: Program) -> Receipt:
-    """Count the instructions that each routine runs."""
+    """The operation counts of all routines."""
     return Receipt(tuple((r.name, _count(program, r.name)) for r in program.routines))
 
 

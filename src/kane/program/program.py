@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program: frozen straight-line code over named inputs and outputs.
+"""A Program: immutable straight-line code over named inputs and outputs.
 
-Values are numbered: first the symbols of the ports, port after port, then the constants, then the instructions. An
-instruction is an operation and the numbers of its arguments, all smaller than its own.
+Values are numbered: first the symbols of the ports, port after port, then the constants, then the instructions. An instruction is an
+operation and the numbers of its arguments, all smaller than its own number.
 
-Each port belongs to a tier. `hoisted` instructions depend on ports of the tier "parameter" alone and run once a set of their values;
-the `body` of a routine holds what one evaluation of it needs besides.
+Each port belongs to a tier. Instructions in `hoisted` depend only on ports of the tier "parameter" and run once per set of parameters;
+the `body` of a routine contains the others that one evaluation needs. `values` runs a Program with NumPy, as the reference for machine
+code; `explain` finds the first intermediate that is not finite.
 
-A Program run instruction by instruction with NumPy: what its machine code must give, and where it first goes wrong.
-
-Every pass ends in `assembled`: code becomes a Program, its instructions sorted into tiers and ordered, and verified. The order keeps
-live ranges short, so that values stay in registers. Both candidates compute depth first, a value just before it is used: the order in
-which expressions were met, and the order that takes of two arguments first the one that needs more registers (Sethi & Ullman 1970, *J.
+Every pass ends in `assembled`, which sorts the instructions into tiers, orders them and verifies the Program. The order keeps live
+ranges short, so that values stay in registers. Two depth-first orders, in which a value is computed just before it is used, are
+compared: that of the expressions, and the one that first evaluates the argument that needs more registers (Sethi & Ullman 1970, *J.
 ACM* 17(4), p. 715, for trees). The one with the smaller sum of live ranges is taken. Greedy orders that free the most operands at each
-step have shorter ranges and ran up to 50 % longer on long programs: they interleave what would be local.
+step have shorter ranges, but ran up to 50 % longer on long programs, because they interleave unrelated subexpressions.
 
-Long blocks are cut into chunks, so that the time to compile grows with their length and no faster. Values that a later chunk reads
-pass through slots of a work array; a slot is free again after its last reader.
+Long blocks are cut into chunks, so that compile time grows linearly with their length. Values that a later chunk reads pass through
+slots of a work array; a slot is reused after its last reader.
 """
 
 import math
@@ -35,10 +34,10 @@ from kane.expr.symbols import Symbol
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Port:
-    """A named input: a vector of symbols, or where it is `scalar` one symbol that is passed as a number.
+    """A named input: a vector of symbols, or, if `scalar`, one symbol that is passed as a number.
 
-    Values of the tier "parameter" change seldom: what depends on them alone is computed once. `noun` and `nouns` say what the values
-    are ("state", "states"), by default the name. An `optional` port may be left out of a call.
+    Values of the tier "parameter" change seldom: what depends only on them is computed once. `noun` and `nouns` name the values in
+    messages ("state", "states"); the default is the name. An `optional` port may be omitted in a call.
     """
 
     name: str
@@ -56,21 +55,21 @@ class Port:
 
     @property
     def hoisted(self) -> bool:
-        """Whether what depends on it alone is computed once a set of values."""
+        """Whether values that depend only on this port are computed once per set of parameters."""
         return self.tier == "parameter"
 
 
 class Operand(NamedTuple):
-    """A value, or its negative."""
+    """A value, possibly negated."""
 
     value: int
     sign: int
 
 
 class Pack(NamedTuple):
-    """Values of one operation that may be computed side by side, one a lane; of each argument the operand of each lane.
+    """Values of one operation that may be computed in the lanes of a vector; for each argument the operand in each lane.
 
-    The operation of differences is that of sums: their signs are with the operands.
+    The operation of differences is ADD: the signs are in the operands.
     """
 
     op: Op
@@ -80,9 +79,9 @@ class Pack(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Routine:
-    """What one call computes: `results` in row-major order of `shape`, by the instructions of `body` once they are chosen.
+    """The computation of one call: `results` in row-major order of `shape`, by the instructions of `body`, which `assembled` sets.
 
-    `packs` say which of them may be computed in lanes.
+    `packs` are the groups of instructions that may be computed in vector lanes.
     """
 
     name: str
@@ -94,7 +93,7 @@ class Routine:
 
 
 class Note(NamedTuple):
-    """What to say where a guard is NaN: what is given divided by the `zero` that it guards, or another reason."""
+    """The explanation of a guard that is NaN: `text` describes the zero divisor if `zero`, else another reason."""
 
     text: str
     zero: bool = True
@@ -102,9 +101,9 @@ class Note(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Code:
-    """Numbered values, from pass to pass: `ops[k]` and `args[k]` belong to the value `first + k`; `subject` says what they are of.
+    """Straight-line code as passes exchange it: `ops[k]` and `args[k]` compute the value `first + k`; `notes` explain NaN guards.
 
-    `notes` say of guards what their NaN means.
+    `subject` says in messages what the values describe.
     """
 
     name: str
@@ -118,7 +117,7 @@ class Code:
 
     @cached_property
     def inputs(self) -> tuple[Symbol, ...]:
-        """The symbols of all ports: values 0, 1 and so on."""
+        """The symbols of all ports, which are the values 0, 1, …."""
         return tuple(s for port in self.ports for s in port.symbols)
 
     @cached_property
@@ -128,14 +127,14 @@ class Code:
 
     @cached_property
     def varies(self) -> list[bool]:
-        """Of each value, whether it depends on more than parameters."""
+        """For each value, whether it depends on anything but parameters."""
         varying = [not port.hoisted for port in self.ports for _ in port.symbols] + [False] * len(self.constants)
         for reads in self.args:
             varying.append(True in [varying[i] for i in reads])
         return varying
 
     def below(self, values: set[int], varies: bool) -> list[int]:
-        """The instructions of one tier that `values` need, in ascending order."""
+        """The instructions of one tier on which `values` depend, in ascending order."""
         first, args, tier = self.first, self.args, self.varies
         needed = {i for i in values if i >= first and tier[i] is varies}
         waiting = list(needed)
@@ -149,21 +148,21 @@ class Code:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Program(Code):
-    """Straight-line code over ports.
+    """Straight-line code over ports, sorted into tiers.
 
-    `hoisted` lists the instructions of parameters alone in their order, `kept` those of them that routines read, and parameters that
-    limbs read at a time: the vector h.
+    `hoisted` lists the instructions that depend only on parameters, in order; `kept` is the vector h: those that routines read, and
+    parameters that packs read as vectors.
     """
 
     hoisted: tuple[int, ...]
     kept: tuple[int, ...]
 
     def port(self, name: str) -> Port:
-        """The port of that name."""
+        """The port with a name."""
         return next(port for port in self.ports if port.name == name)
 
     def routine(self, name: str) -> Routine:
-        """The routine of that name."""
+        """The routine with a name."""
         for routine in self.routines:
             if routine.name == name:
                 return routine
@@ -176,7 +175,7 @@ class Program(Code):
 
     @property
     def lost(self) -> list[str]:
-        """What there is to say of results that are NaN, where divisors are guarded."""
+        """Explanations of the results that are NaN when divisors are guarded."""
         if REGULAR not in self.ops:
             return []
         found = dict.fromkeys(note for _, note in self.notes)
@@ -192,11 +191,11 @@ class Program(Code):
 
     @property
     def signature(self) -> str:
-        """The arguments of its routines, with their sizes: "t, x[4], p[5]"; empty ones are left out."""
+        """The arguments of its routines, with their sizes: "t, x[4], p[5]"; empty ports are omitted."""
         return ", ".join(p.name if p.scalar else f"{p.name}[{len(p.symbols)}]" for p in self.ports if p.symbols)
 
     def op(self, value: int) -> Op:
-        """The operation that computes an instruction's value."""
+        """The operation of an instruction."""
         return self.ops[value - self.first]
 
     def arguments(self, value: int) -> tuple[int, ...]:
@@ -213,7 +212,7 @@ _LONGEST = 80
 
 
 def values(program: Program, block: Iterable[int], inputs: Sequence[Any]) -> dict[int, Any]:
-    """Every value after the hoisted instructions and those of `block`; `inputs` are numbers or broadcastable arrays."""
+    """All values after the hoisted instructions and those of `block`; `inputs` are numbers or broadcastable arrays."""
     computed: dict[int, Any] = dict(enumerate(np.float64(v) for v in inputs))
     computed.update(enumerate(map(np.float64, program.constants), len(program.inputs)))
     with np.errstate(all="ignore"):
@@ -223,7 +222,7 @@ def values(program: Program, block: Iterable[int], inputs: Sequence[Any]) -> dic
 
 
 def explain(program: Program, routine: Routine, inputs: Sequence[float]) -> str:
-    """Which intermediate is the first that is not finite, and what it is made of; "" where all is finite."""
+    """A message that names the first intermediate that is not finite, and its operands; "" if all values are finite."""
     computed = values(program, routine.body, inputs)
     bad = [k for k, i in enumerate(routine.results) if not np.isfinite(computed[i])]
     if not bad:
@@ -248,11 +247,11 @@ def _numbers(program: Program) -> range:
 
 
 def _origin(program: Program, computed: Mapping[int, Any], i: int) -> int:
-    """From a value that is not finite down to one whose arguments all are."""
+    """A value that is not finite and whose arguments all are, reached from value i."""
     while i >= program.first:
         reads = program.arguments(i)
         if program.op(i) is WHERE and np.isfinite(computed[reads[0]]):
-            reads = reads[1:2] if computed[reads[0]] else reads[2:]  # only the branch that was chosen
+            reads = reads[1:2] if computed[reads[0]] else reads[2:]  # only the selected branch
         bad = [a for a in reads if not np.isfinite(computed[a])]
         if not bad:
             return i
@@ -266,7 +265,7 @@ def _text(program: Program, i: int) -> str:
 
 
 def _expression(program: Program, root: int) -> Expr:
-    """The expression that a value stands for, without rewriting."""
+    """The expression that a value represents, without simplification."""
     expressions: dict[int, Expr] = {}
     needed = {root}
     for i in range(root, program.first - 1, -1):
@@ -286,12 +285,12 @@ Checked = TypeVar("Checked", Code, Program)
 
 
 def verified(code: Checked, after: str) -> Checked:
-    """`code`, if it is well formed after the pass of that name: its tables, and of a Program its tiers and order.
+    """`code`, if it is well formed after the pass with the given name: its tables and, for a Program, its tiers and order.
 
     Raises
     ------
     ProgramError
-        naming the pass, the place and the instruction where it is not
+        if it is not; the message names the pass and the instruction
     """
     fault = _tables(code) or _results(code)
     if isinstance(code, Program):
@@ -359,7 +358,7 @@ def _routines(program: Program) -> str:
 
 
 def _packs(program: Program, r: Routine) -> str:
-    """Each packed value once, computed by the pack's operation from its operands, but for signs."""
+    """Checks that each packed value occurs once and is the pack's operation on its operands up to signs; the error, or ""."""
     placed = [i for pack in r.packs for i in pack.values]
     if len(set(placed)) < len(placed) or not set(placed) <= set(r.body):
         return f"a value in two packs of {r.name}, or one that it does not compute"
@@ -384,7 +383,7 @@ def _plain(program: Program, i: int) -> Operand:
 
 
 def _defined(program: Program, block: Iterable[int], available: set[int], where: str) -> tuple[set[int], str]:
-    """`available` and the values of the block; each must read what stands before it, and stand there once."""
+    """Adds the values of the block to `available`; checks that each is computed once, after its arguments."""
     defined = set(available)
     for i in block:
         if i < program.first or i in defined:
@@ -396,7 +395,7 @@ def _defined(program: Program, block: Iterable[int], available: set[int], where:
 
 
 def assembled(code: Code) -> Program:
-    """The Program: what depends on parameters alone is hoisted, and each routine gets the rest of what it needs."""
+    """The Program: instructions that depend only on parameters are hoisted, and each routine gets the others that it needs."""
     first, args = code.first, code.args
     routines = []
     read: set[int] = set()
@@ -412,7 +411,7 @@ def assembled(code: Code) -> Program:
 
 
 def _side_by_side(code: Code, routines: Sequence[Routine], kept: Sequence[int]) -> tuple[int, ...]:
-    """`kept` with those together that limbs read at a time, which are one vector then, and parameters among them as they are."""
+    """`kept`, with values that packs read as a vector contiguous, parameters among them included."""
     given = [port.hoisted for port in code.ports for _ in port.symbols]
     own, order = {*kept, *(i for i, hoisted in enumerate(given) if hoisted)}, dict[int, None]()
     for pack in (p for r in routines for p in r.packs):
@@ -424,7 +423,7 @@ def _side_by_side(code: Code, routines: Sequence[Routine], kept: Sequence[int]) 
 
 
 def live_ranges(code: Code, order: Sequence[int]) -> int:
-    """The sum over all values of the distance from their instruction to their last reader; results are stored at once."""
+    """The sum over all values of the distance from their instruction to their last reader; results are stored immediately."""
     first, args = code.first, code.args
     place = {i: k for k, i in enumerate(order)}
     last = dict(place)
@@ -436,7 +435,7 @@ def live_ranges(code: Code, order: Sequence[int]) -> int:
 
 
 def _larger_first(code: Code, body: Sequence[int], results: Sequence[int]) -> tuple[int, ...]:
-    """`body`, given in ascending order, depth first; of the arguments first the one that needs the most registers."""
+    """`body`, given in ascending order, in depth-first order; the argument that needs the most registers comes first."""
     first, args = code.first, code.args
     need: dict[int, int] = {}
     for i in body:
@@ -463,14 +462,14 @@ def _larger_first(code: Code, body: Sequence[int], results: Sequence[int]) -> tu
 
 
 WHOLE = 1500
-"""A block of at most this many instructions stays whole: one function is what LLVM schedules best."""
+"""Blocks of at most this many instructions are not split: LLVM schedules a single function best."""
 CHUNK = 600
-"""Instructions in a chunk of a longer block; from about a thousand, LLVM's time grows faster than the length."""
+"""Instructions in a chunk of a longer block; beyond about a thousand, LLVM's time grows faster than linearly."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chunk:
-    """Instructions in order; slots to read before and to write after, and places among the results, by value."""
+    """Instructions in order; the slots to read first and to write last, and the positions among the results, by value."""
 
     instructions: tuple[int, ...]
     loads: dict[int, int]
@@ -489,9 +488,9 @@ class Split:
 def split(
     program: Program, block: Sequence[int], whole: float = WHOLE, chunk: int = CHUNK, results: Sequence[int] = ()
 ) -> Split:
-    """`block` as it is, or in chunks of nearly equal length, at most `chunk`.
+    """`block` as one chunk, or in chunks of nearly equal length, at most `chunk`.
 
-    Results are written where they are computed, in the last chunk where they are not computed at all.
+    Results are written where they are computed, or in the last chunk if they are not computed in the block.
     """
     count = 1 if len(block) <= whole else -(-len(block) // chunk)
     size = max(1, -(-len(block) // count))
@@ -529,5 +528,5 @@ def split(
             for reader in readers[i]:
                 loads[reader][i] = slot
             released[readers[i][-1]].append(slot)
-        free.extend(released[k])  # not earlier: this chunk reads them and may write others in the meantime
+        free.extend(released[k])  # not earlier: this chunk reads these slots, and may write others before that
     return Split(tuple(map(Chunk, pieces, loads, stores, writes)), slots)

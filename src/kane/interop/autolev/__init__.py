@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models of Autolev and MotionGenesis."""
+"""Import of models written for Autolev and MotionGenesis."""
 
 from pathlib import Path
 
@@ -12,24 +12,24 @@ from kane.interop.imported import Imported
 
 
 def from_autolev(source: str | Path) -> Imported:
-    """The model of an Autolev or MotionGenesis text.
+    """Read the model of an Autolev or MotionGenesis text.
 
-    The statements are read one after the other by a grammar, and never run. Command files (`.a`) that a file calls are looked for
-    beside it. What is no part of the model, such as outputs, code and settings, is named in the remarks.
+    The statements are parsed by a grammar and interpreted in order; no code is run. Command files (`.a`) that a file calls are
+    looked up in its folder. Statements that are not part of the model, such as outputs, code and settings, are listed in remarks.
 
     Parameters
     ----------
-    source : the path of a file, or the text itself (of more than one line)
+    source : path of a file, or the text itself (more than one line)
 
     Returns
     -------
     Imported
-        the system, parameters with the values that Input gives, start values as `extras["start"]`, and remarks
+        the system, parameters with the values from Input, start values in `extras["start"]`, and remarks
 
     Raises
     ------
     ModelError
-        if a statement is unknown or contradicts another one, with its line; or if the text holds no model
+        if a statement is unknown or contradicts another one (the message names its line), or the text contains no model
     """
     expect.instance(source, (str, Path), "the path of an Autolev file, or its text")
     if isinstance(source, str) and ("\n" in source or len(source) > 1000):

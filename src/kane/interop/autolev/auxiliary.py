@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Auxiliary speeds and the forces that they bring into evidence."""
+"""Auxiliary speeds of Autolev models, and the constraint forces that they bring into evidence (Kane & Levinson 1985, sec. 4.9)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,19 +19,19 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Auxiliary speeds, the unknown forces, and what these names become in loads."""
+    """Auxiliary speeds, unknown forces, and the replacement of the file's names of these forces by reactions."""
 
     speeds: tuple[AuxiliarySpeed, ...] = ()
     reactions: tuple[Reaction, ...] = ()
     change: Callable[[Expr], Expr] | None = None
 
     def load(self, v: Vector) -> Vector:
-        """A load with its unknowns."""
+        """A load in which reactions replace the names of unknown forces."""
         return v.map(self.change) if self.change else v
 
 
 def evidence(sheet: Sheet, names: LastForm, space: Space) -> Evidence:
-    """Auxiliary speeds with the unknown forces; each speed belongs to the point or frame from which on velocities hold it."""
+    """Auxiliary speeds and reactions; ModelError unless there are as many unknown forces as auxiliary speeds."""
     if not sheet.auxiliary:
         return Evidence()
     unknown = _unknown(sheet, names)
@@ -46,7 +46,7 @@ def evidence(sheet: Sheet, names: LastForm, space: Space) -> Evidence:
 
 
 def _unknown(sheet: Sheet, names: LastForm) -> list[Input]:
-    """Variables without a value in loads: those named in Kane(…), else all."""
+    """Variables without a value in loads: those named in Kane(…), or all if none is named there."""
     loads = [x for _, v, _ in (*sheet.forces, *sheet.torques) for x in names.vector(v).parts.values()]
     free = [s for s in free_symbols(loads) if isinstance(s, Input) and s.name.lower() not in sheet.given]
     told = [s for s in free if s.name.lower() in sheet.unknown]
@@ -54,9 +54,9 @@ def _unknown(sheet: Sheet, names: LastForm) -> list[Input]:
 
 
 def _cut(u: Speed, sheet: Sheet, names: LastForm, space: Space) -> AuxiliarySpeed:
-    """The place of an auxiliary speed: the point or frame nearest to the inertial frame whose velocity holds it."""
+    """An auxiliary speed, at the point or frame nearest to the inertial frame whose velocity contains it."""
     n = sheet.inertial
-    for name in filter(space.turning.__contains__, space.frames):  # which are made from the inertial one outwards
+    for name in filter(space.turning.__contains__, space.frames):  # in the order from the inertial one outwards
         part = _partial(u, sheet.spin(name, n), names)
         if part.parts:
             return auxiliary_speed(u.name, frame=space.turning[name], along=_unit(u, part, space))
@@ -83,7 +83,7 @@ def _unit(u: Speed, v: Vec, space: Space) -> Vector:
 
 
 def _check(u: Speed, first: str, partials: dict[str, Vec], space: Space) -> None:
-    """All that is reached through the point must move with it, and nothing else."""
+    """Raises unless exactly the points placed from `first` have this partial velocity."""
     root = space.points[first]
     for p, v in partials.items():
         expected = partials[first] if root in space.points[p].ancestry() else Vec()

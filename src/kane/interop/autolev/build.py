@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a sheet to a system: bodies, loads, speeds, constraints, values."""
+"""From a sheet to a system: bodies, loads, speeds, constraints and default values."""
 
 from collections.abc import Callable
 from functools import partial
@@ -28,7 +28,7 @@ Body = RigidBody | Particle
 
 
 def build(sheet: Sheet) -> Imported:
-    """The system of a sheet."""
+    """The system of a sheet, with symbols, start values and remarks."""
     if not sheet.inertial:
         raise ModelError("Expected a Newtonian frame, got a text that declares none. Write Newtonian N.")
     if not sheet.masses:
@@ -50,7 +50,7 @@ def build(sheet: Sheet) -> Imported:
 
 
 def _speeds(sheet: Sheet, names: LastForm, space: Space, moving: list[Expr]) -> list[Speed]:
-    """The speeds that the model has: those in kinematical equations, in what moves, and in constraints."""
+    """The speeds of the model: those in kinematical equations, in the motion of bodies, and in constraints."""
     held = set(free_symbols(moving))
     rates = [
         names.final(names.kinematic[rate(q)]) for q in names.coordinates() if q in held and rate(q) in names.kinematic
@@ -113,7 +113,7 @@ def _loads(sheet: Sheet, names: LastForm, space: Space, bodies: list[Body], show
 
 
 def _moving(space: Space) -> list[Expr]:
-    """What places and orients the model."""
+    """The expressions in the positions and orientations of the model."""
     found: list[Expr] = []
     vectors: list[Vector] = []
     for f in (*space.frames.values(), *space.turning.values()):
@@ -150,7 +150,7 @@ def _system(
 
 
 def _relieved(sheet: Sheet, whole: Callable[[list[Load | Gravity]], System], loads: list[Load | Gravity]) -> System:
-    """The system without the forces that a file solves for beside accelerations, where these are those of its constraints."""
+    """The system without the unknown forces for which a file solves, if they are those of its constraints."""
     system = whole(loads)
     sought = [x for x in system.inputs if x.name in sheet.sought]
     if not sought:
@@ -172,7 +172,7 @@ def _vanishes(load: Load | Gravity) -> bool:
 
 
 def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
-    """Say where an acceleration of the file is not the derivative of the velocity, which alone counts here."""
+    """Remarks on accelerations in the file that are not derivatives of the velocities, which are used instead."""
     n = sheet.inertial
     for (p, frame), (told, line) in sheet.accelerations.items():
         if frame != n or (p, n) not in sheet.velocities:
@@ -185,7 +185,7 @@ def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
 
 
 def _check_outputs(sheet: Sheet, system: System) -> None:
-    """The model holds nothing whose value is an output that is not read."""
+    """Raises if the model depends on a quantity whose value is an output that is not read."""
     for symbol in (*system.inputs, *system.parameters):
         if symbol in sheet.outputs:
             why, line = sheet.outputs[symbol]
@@ -193,7 +193,7 @@ def _check_outputs(sheet: Sheet, system: System) -> None:
 
 
 def _rated_states(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:
-    """Further states that have a rate which the system knows."""
+    """Further states whose rates the system determines."""
     known = {q for q, e in kin.states.items() if no_accelerations(e) and set(speeds_in([e])) <= kin.speeds.keys()}
     for q in kin.states:
         if q not in known:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands that make a model: orientations, velocities, loads, constraints, kinematical equations; a table by name."""
+"""The commands that define a model (orientations, velocities, loads, constraints, kinematical equations), in a table by name."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
@@ -42,21 +42,21 @@ def simprot(r: FileReading, args: Args, line: Line) -> None:
 
 
 def turn(s: Sheet, a: str, b: str, axis: tuple[Expr, ...], angle: Expr, line: Line) -> None:
-    """Orient b in a by a simple rotation."""
+    """Orients b in a by a simple rotation."""
     if s.connected(a, b):
         raise line.refuse(f"one orientation of {s.say(b)} in {s.say(a)}", "another one")
     s.orient(simple(a, b, axis, angle))
 
 
 def dircos(r: FileReading, args: Args, line: Line) -> None:
-    """Dircos(A, B, body123, q1, q2, q3) and its like; without more than frames it declares nothing."""
+    """Dircos(A, B, body123, q1, q2, q3) and variants; with two frames only it declares nothing."""
     if len(args) > 3:
         a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
         orient(r, a, b, word(args[2], line), [expression(x) for x in args[3:]], line)
 
 
 def orient(r: FileReading, a: str, b: str, kind: str, trees: Sequence[Any], line: Line) -> None:
-    """Orient b in a by a sequence of angles, Euler or Rodrigues parameters."""
+    """Orients b in a by a sequence of angles, Euler or Rodrigues parameters."""
     angles = [r.scalar(x, line) for x in trees]
     if kind in ("euler", "quaternion"):
         if len(angles) != 4 or not all(isinstance(x, Coordinate) for x in angles):
@@ -81,7 +81,7 @@ def orient(r: FileReading, a: str, b: str, kind: str, trees: Sequence[Any], line
 
 
 def angvel(r: FileReading, args: Args, line: Line) -> None:
-    """Angvel(A, B): the angular velocity of B in A by orientations."""
+    """Angvel(A, B): the angular velocity of B in A, from orientations."""
     a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
     r.sheet.spins[b, a] = r.sheet.spin(b, a)
 
@@ -97,7 +97,7 @@ def kindiffs(r: FileReading, args: Args, line: Line) -> None:
 
 
 def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Line) -> None:
-    """The kinematical equations of an orientation, from the angular velocity that is known."""
+    """The kinematical equations of an orientation, from its angular velocity."""
     known = s.components(s.spin(b, a), b)
     if kind in ("euler", "quaternion"):
         x, y, z, w = q if kind == "euler" else (*q[1:], q[0])
@@ -113,7 +113,7 @@ def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Lin
 
 
 def by_elements(r: FileReading, b: str, a: str, rows: Sequence[Sequence[Expr]], line: Line) -> None:
-    """Poisson's equations for the nine b_i · a_j: Euler parameters of our own, of which these are functions, turn b as it is told."""
+    """Poisson's equations for the nine b_i · a_j: b is turned by additional Euler parameters, of which the elements are functions."""
     s, spin = r.sheet, r.sheet.spin(b, a)
     if [len(row) for row in rows] != [3, 3, 3]:
         raise line.refuse("nine elements of a rotation matrix", sum(map(len, rows)))
@@ -142,7 +142,7 @@ def _coordinate(e: Expr, line: Line) -> Coordinate:
 
 
 def _velocity(*, moving: bool) -> Command:
-    """V2pts(A, B, P, Q): the velocity in A of Q, fixed on B as P is; V1pt(A, B, P, Q): that of Q, which moves in B."""
+    """V2pts(A, B, P, Q): the velocity in A of Q, where P and Q are fixed on B; V1pt(A, B, P, Q): that of Q, which moves in B."""
 
     def call(r: FileReading, args: Args, line: Line) -> None:
         s, a, b = r.sheet, frame_of(r, args[0], line), frame_of(r, args[1], line)
@@ -154,14 +154,14 @@ def _velocity(*, moving: bool) -> Command:
 
 
 def _nothing(r: FileReading, args: Args, line: Line) -> None:
-    """Accelerations follow from velocities."""
+    """Ignored: accelerations are derivatives of velocities."""
 
 
 # Loads ---------------------------------------------------------------------------------------------------------------
 
 
 def gravity(r: FileReading, args: Args, line: Line) -> None:
-    """Gravity(g*N3>), or with bodies and particles it acts on."""
+    """Gravity(g*N3>), optionally with the bodies and particles on which it acts."""
     names = tuple(word(x, line) for x in args[1:])
     for name in names:
         if name not in r.sheet.bodies and name not in r.sheet.particles:
@@ -197,7 +197,7 @@ def _loads(r: FileReading, args: Args, line: Line, known: Any, loads: list[tuple
 
 
 def constrain(r: FileReading, args: Args, line: Line) -> None:
-    """Constrain(Dependent[u3, u4]), Constrain(Auxiliary[u5]), also together."""
+    """Constrain(Dependent[u3, u4]), Constrain(Auxiliary[u5]), or both in one command."""
     for arg in args:
         element = bare(arg)
         if element.data != "element":
@@ -208,7 +208,7 @@ def constrain(r: FileReading, args: Args, line: Line) -> None:
 
 
 def hold(r: FileReading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliary: bool = False) -> None:
-    """The equations of that name hold as motion constraints, by which these speeds depend on the others."""
+    """Makes the named equations motion constraints, with these dependent speeds; auxiliary speeds are recorded instead."""
     table = r.sheet.values.get(name)
     if not isinstance(table, FileMatrix):
         raise line.refuse(f"equations {name}[…] before they are constraints", "none")
@@ -226,7 +226,7 @@ def hold(r: FileReading, name: str, unknown: Sequence[Expr], line: Line, *, auxi
 
 
 def solved(r: FileReading, args: Args, line: Line) -> None:
-    """Solve(equations, unknowns): those of motion are not solved here; rates become kinematical equations, speeds constrained."""
+    """Solve(equations, unknowns): rates as unknowns give kinematical equations, speeds constraints; accelerations are ignored."""
     tree = args[0].children[0]
     if r.sheet.formed:
         closed(r, args, line)
@@ -254,7 +254,7 @@ def solved(r: FileReading, args: Args, line: Line) -> None:
 
 
 def solved_with_rates(r: FileReading, args: Args, line: Line) -> None:
-    """SolveDt(equations, unknowns): as Solve; equations that are solved for coordinates are constraints of the configuration."""
+    """SolveDt(equations, unknowns): as Solve; equations solved for coordinates become configuration constraints."""
     value = r.value(args[0].children[0], line)
     placed = [x for a in args[1:] for x in entries(r.value(expression(a), line)) if isinstance(x, Coordinate)]
     equations = entries(value)
@@ -268,9 +268,9 @@ def solved_with_rates(r: FileReading, args: Args, line: Line) -> None:
 
 
 def closed(r: FileReading, args: Args, line: Line) -> None:
-    """ODE([Dynamics; Constraint] = 0, q'', F): those that are derivatives of equations in speeds are constraints, F their forces.
+    """ODE([Dynamics; Constraint] = 0, q'', F): derivatives of equations in speeds become constraints, and F their forces.
 
-    Of an equation of motion nothing is read: these follow from the model.
+    Equations of motion are ignored, because they follow from the model.
     """
     s, found = r.sheet, False
     for e in _parts(r, args[0].children[0] if args else None, line):
@@ -289,7 +289,7 @@ def closed(r: FileReading, args: Args, line: Line) -> None:
 
 
 def _parts(r: FileReading, tree: Any, line: Line) -> Iterator[Expr]:
-    """The scalars of blocks of equations; outputs among them are passed over."""
+    """The scalars in blocks of equations, without outputs."""
     tree = bare(tree)
     if tree is None:
         return
@@ -313,7 +313,7 @@ def _known(s: Sheet, unknown: Expr, answer: Expr) -> None:
 
 
 def start_by(r: FileReading, args: Args, line: Line) -> None:
-    """SolveSetInput(equations = 0, x = 1): where the search begins; the start is assembled when a motion is asked for."""
+    """SolveSetInput(equations = 0, x = 1): initial guesses; the start is assembled when a motion is simulated."""
     for a in args[1:]:
         name = word(a.children[0], line) if a.data == "named" else ""
         value = quantity(r, a.children[2], a.children[3], line) if name else None
@@ -323,7 +323,7 @@ def start_by(r: FileReading, args: Args, line: Line) -> None:
 
 
 def kane(r: FileReading, args: Args, line: Line) -> None:
-    """Kane(F1, F2): these unknowns are brought into evidence."""
+    """Kane(F1, F2): the unknown forces to bring into evidence."""
     r.sheet.unknown += [word(a, line) for a in args]
 
 
@@ -335,4 +335,4 @@ COMMANDS: dict[str, Command] = {
     "constrain": constrain, "solve": solved, "ode": closed, "solvedt": solved_with_rates,
     **dict.fromkeys(("solvesetinput", "solvesetinputdt"), start_by), "kane": kane,
 }  # fmt: skip
-"""What each command does."""
+"""The implementation of each command."""

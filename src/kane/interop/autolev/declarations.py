@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Declarations: frames, bodies, points, constants, variables. What kind of symbol a variable is, the whole file says.
+"""Declarations of frames, bodies, points, constants and variables; the kind of a variable is inferred from the whole file.
 
-A variable whose derivative is assigned somewhere is a coordinate (or a further state), one with a prime whose derivative nobody gives
-is a generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is given.
+A variable whose derivative is assigned somewhere is a coordinate (or a further state), one with a prime whose derivative is not
+assigned a generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is assigned.
 """
 
 import re
@@ -25,7 +25,7 @@ FORMING = {
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A parsed statement: the keyword before a declaration, or none."""
+    """A parsed statement; `keyword` is that of a declaration, else ""."""
 
     keyword: str
     tree: Any
@@ -34,7 +34,7 @@ class Statement:
 
 @dataclass(slots=True)
 class Outlook:
-    """What the whole file assigns: derivatives, names, what the equations of motion are called; and what places or orients."""
+    """Names by their use in the whole file: assigned derivatives and values, equations of motion, positions and orientations."""
 
     rated: set[str] = field(default_factory=set)
     assigned: set[str] = field(default_factory=set)
@@ -44,12 +44,12 @@ class Outlook:
     chosen: set[str] = field(default_factory=set)
 
     def prescribed(self, low: str) -> bool:
-        """Whether speeds are chosen, and a variable that no equation gives has no rate among them: its motion is a given one."""
+        """Whether a variable is prescribed: the file lists its generalized speeds, without its rate, and no equation determines it."""
         return bool(self.chosen) and low not in self.chosen | self.solved | self.rated
 
 
 def outlook(statements: Sequence[Statement]) -> Outlook:
-    """One look at all statements before the first is read."""
+    """The outlook, from a pass over all statements before the first is executed."""
     seen = Outlook()
     for s in statements:
         if _PLACING.match(s.line.text):
@@ -79,7 +79,7 @@ def _note(seen: Outlook, name: str) -> None:
 
 
 def _called(seen: Outlook, tree: Any) -> None:
-    """KinDiffs, Solve and SetDt give derivatives, too; those of the equations of motion are not known yet."""
+    """Records the derivatives that KinDiffs, Solve and SetDt assign, except those solved from equations of motion."""
     words = _words(tree)
     if words and words[0].startswith("setgeneralizedspeed"):
         seen.chosen |= {w.rstrip("'") for w in words[1:]}
@@ -96,11 +96,11 @@ def _called(seen: Outlook, tree: Any) -> None:
 
 
 def _words(tree: Any) -> list[str]:
-    """All names in a tree, in order, in small letters."""
+    """All names in a tree, in order, in lower case."""
     return [str(token).lower() for token in tokens(tree)]
 
 
-# What declares what --------------------------------------------------------------------------------------------------
+# Declarations by keyword ---------------------------------------------------------------------------------------------
 
 Declare = Callable[[Sheet, Outlook, str, int, Line], None]
 
@@ -180,13 +180,13 @@ _TABLE: dict[str, tuple[Declare, str]] = {
     "imaginary": (lambda *_: None, "imaginary"),
 }
 DECLARED: dict[str, Declare] = {w: declare for declare, words in _TABLE.values() for w in words.split()}
-"""What each keyword declares."""
+"""The function that executes the declaration of each keyword."""
 
 Assign = Callable[[str, Any, str, Line], None]
 
 
 def declare(r: FileReading, seen: Outlook, statement: Statement, assign: Assign) -> None:
-    """Read a declaration; values beside names are defaults of constants, or assignments."""
+    """Executes a declaration; values beside names are defaults of constants, or assignments."""
     line = statement.line
     for item in statement.tree.children:
         if item is None:
@@ -210,5 +210,5 @@ def _initial(r: FileReading, name: str, primes: int, parts: Sequence[Any], line:
 
 
 def words_of(trees: Iterable[Any]) -> set[str]:
-    """All names in some trees."""
+    """The names in several trees."""
     return {w for tree in trees for w in _words(tree)}

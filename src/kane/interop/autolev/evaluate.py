@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The values of expressions of a file: names, sums, products, powers, elements, calls."""
+"""Evaluation of expressions of a file: names, sums, products, powers, matrix elements, calls."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
@@ -18,7 +18,7 @@ Call = Callable[["FileReading", Sequence[Any], Line], Value]
 
 
 class CallArguments(Sequence[Any]):
-    """The arguments of a call in a line, which is named where one is missing."""
+    """The arguments of a call; the error for a missing argument names the line."""
 
     def __init__(self, items: Sequence[Any], line: Line) -> None:
         self._items, self._line = items, line
@@ -38,7 +38,7 @@ class CallArguments(Sequence[Any]):
 
 
 class FileReading:
-    """A sheet, and how expressions are read on it."""
+    """Evaluates expressions with the symbols of a sheet."""
 
     def __init__(self, sheet: Sheet, functions: dict[str, Call], members: dict[str, Call]) -> None:
         self.sheet = sheet
@@ -47,7 +47,7 @@ class FileReading:
         self._depth = 0
 
     def value(self, tree: Any, line: Line) -> Value:
-        """What an expression stands for."""
+        """The value of an expression."""
         if self._depth > MOST_DEEP:
             raise line.refuse("an expression of fewer nested parts", "a deeper one")
         rule: Callable[[list[Any], Line], Value] = getattr(self, f"_{tree.data}")
@@ -58,7 +58,7 @@ class FileReading:
             self._depth -= 1
 
     def scalar(self, tree: Any, line: Line) -> Expr:
-        """What must be a scalar."""
+        """The value of an expression that must be a scalar."""
         value = self.value(tree, line)
         if isinstance(value, Unread):
             raise line.refuse("a scalar of the model", value.why)
@@ -69,7 +69,7 @@ class FileReading:
         return value
 
     def vector(self, tree: Any, line: Line) -> Vec:
-        """What must be a vector."""
+        """The value of an expression that must be a vector."""
         value = self.value(tree, line)
         if isinstance(value, Unread):
             raise line.refuse("a vector of the model", value.why)
@@ -80,7 +80,7 @@ class FileReading:
         raise line.refuse("a vector", _kind(value), "Write it along unit vectors, as x*N1>, or 0>.")
 
     def number(self, tree: Any, line: Line) -> int:
-        """What must be a whole number."""
+        """The value of an expression that must be an integer."""
         value = constant_value(self.scalar(tree, line))
         if value is None or value != int(value):
             raise line.refuse("a whole number", "another expression")
@@ -134,7 +134,7 @@ class FileReading:
         return self.named(str(parts[0]), line, getattr(parts[0], "column", 1))
 
     def _names(self, parts: list[Any], line: Line) -> Value:
-        """U{1:3}' stands for a list."""
+        """The values of a name with a range, U{1:3}', as a list."""
         column = getattr(parts[0], "column", 1)
         named = [self.named(name + "'" * primes, line, column) for name, primes in names_of(parts, self.number, line)]
         return next((x for x in named if isinstance(x, Unread)), FileMatrix((tuple(named),)))
@@ -182,7 +182,7 @@ class FileReading:
     # Names -----------------------------------------------------------------------------------------------------------
 
     def named(self, given: str, line: Line, column: int) -> Value:
-        """What a name stands for."""
+        """The value of a name."""
         name = given.lower()
         if name in self.sheet.values:
             return self.sheet.values[name]
@@ -241,7 +241,7 @@ class FileReading:
         return None
 
     def unit(self, name: str) -> tuple[str, int] | None:
-        """The frame and number of a unit vector's name without “>”."""
+        """The frame and axis of the name of a unit vector without “>”."""
         frame, last = name[:-1], name[-1:]
         if frame in self.sheet.frames and last in "123xyz" and last:
             return frame, ("123xyz".index(last)) % 3
@@ -257,7 +257,7 @@ class FileReading:
 
 
 def plus(a: Value, b: Value, line: Line) -> Value:
-    """a + b, of one kind."""
+    """a + b, of values of the same kind."""
     if isinstance(a, Unread) or isinstance(b, Unread):
         return a if isinstance(a, Unread) else b
     if isinstance(a, Expr) and isinstance(b, Expr):
@@ -279,7 +279,7 @@ def plus(a: Value, b: Value, line: Line) -> Value:
 
 
 def times(a: Value, b: Value, line: Line) -> Value:
-    """The product: of scalars with all, of matrices, and a dyad of two vectors."""
+    """The product: a scalar times any value, a product of matrices, or the dyad of two vectors."""
     if isinstance(a, Unread) or isinstance(b, Unread):
         return a if isinstance(a, Unread) else b
     if isinstance(b, Expr) and not isinstance(a, Expr):
@@ -307,7 +307,7 @@ def _inner(row: Iterable[Value], column: Iterable[Value], line: Line) -> Value:
 
 
 def over(a: Value, b: Value, line: Line) -> Value:
-    """a / b, b a scalar."""
+    """a / b for a scalar b."""
     if isinstance(a, Unread) or isinstance(b, Unread):
         return a if isinstance(a, Unread) else b
     if not isinstance(b, Expr):
@@ -320,7 +320,7 @@ def over(a: Value, b: Value, line: Line) -> Value:
 
 
 def _beside(row: Sequence[Value], line: Line) -> list[tuple[Value, ...]]:
-    """Rows of a matrix: blocks that stand side by side."""
+    """Rows of a matrix from blocks next to each other."""
     blocks = [x.rows if isinstance(x, FileMatrix) else ((x,),) for x in row]
     if len({len(b) for b in blocks}) > 1:
         raise line.refuse("blocks of as many rows side by side", ", ".join(str(len(b)) for b in blocks))
@@ -328,7 +328,7 @@ def _beside(row: Sequence[Value], line: Line) -> list[tuple[Value, ...]]:
 
 
 def quantity(reading: FileReading, expr: Any, unit: Any, line: Line) -> Value:
-    """An expression with a unit behind it, in units of its system: only degrees change its value."""
+    """An expression followed by a unit, in the file's units; only degrees change its value."""
     value = reading.value(expr, line)
     return value if unit is None else times(value, as_expr(factor_of(unit, reading.sheet.units, line)), line)
 
@@ -339,10 +339,10 @@ def _kind(value: object) -> str:
 
 
 def _called(calls: dict[str, Call], token: Any, what: str, line: Line) -> Call:
-    """What a name stands for, in letters of either case."""
+    """The table's entry for a name, regardless of case."""
     name = str(token)
     call = calls.get(name.lower())
-    if call is None and name.lower().startswith("get"):  # a method that asks changes nothing in a model
+    if call is None and name.lower().startswith("get"):  # methods named Get… do not change the model
         return lambda r, args, line: Unread(f"what {name}(…) gives")
     if call is None:
         cure = alike(name.lower(), calls).strip()

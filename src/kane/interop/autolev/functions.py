@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The functions of Autolev that stand in expressions: a table by name."""
+"""The functions of Autolev that occur in expressions, in a table by name."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -46,7 +46,7 @@ def expression(tree: Any) -> Any:
 
 
 def _plain(function: Callable[..., Expr], count: int = 1, *, turns: bool = False) -> Call:
-    """A function of `count` scalars, or of each entry of a matrix; one of an angle takes constants in degrees."""
+    """A function of `count` scalars, or of each element of a matrix; functions of an angle take constants in degrees."""
 
     def call(r: FileReading, args: Sequence[Any], line: Line) -> Value:
         if len(args) != count:
@@ -75,7 +75,7 @@ def _same(r: FileReading, args: Sequence[Any], line: Line) -> Value:
 
 
 def output(name: str) -> Call:
-    """A call that gives what is no part of the model."""
+    """A call whose result is an output, not part of the model."""
     return lambda r, args, line: Unread(f"what {name}(…) gives")
 
 
@@ -133,7 +133,7 @@ def point_of(r: FileReading, tree: Any, line: Line) -> str:
 
 
 def word(tree: Any, line: Line) -> str:
-    """The name that an argument consists of."""
+    """The name of which an argument consists."""
     tree = bare(tree)
     if tree.data != "name":
         raise line.refuse("a name", "an expression")
@@ -141,7 +141,7 @@ def word(tree: Any, line: Line) -> str:
 
 
 def pair_of(tree: Any, line: Line) -> tuple[str, str]:
-    """Two names with “/” between, or one and an empty one."""
+    """Two names separated by “/”, or one name and ""."""
     tree = bare(tree)
     if tree.data == "term" and len(tree.children) == 3 and tree.children[1] == "/":
         return word(tree.children[0], line), word(tree.children[2], line)
@@ -153,7 +153,7 @@ def _dt(r: FileReading, args: Sequence[Any], line: Line) -> Value:
 
 
 def derived(r: FileReading, value: Value, args: Sequence[Any], line: Line) -> Value:
-    """The derivative by time, of a vector in a frame."""
+    """The time derivative, for a vector in a frame."""
     if isinstance(value, Unread):
         return value
     if isinstance(value, Expr):
@@ -240,7 +240,7 @@ def _element(r: FileReading, args: Sequence[Any], line: Line) -> Value:
 
 
 def scalars(table: FileMatrix, line: Line) -> Rows:
-    """The entries of a matrix of scalars."""
+    """The elements of a matrix of scalars."""
     if not all(isinstance(x, Expr) for x in table.flat()):
         raise line.refuse("a matrix of scalars", "one of other values")
     return tuple(tuple(x for x in row if isinstance(x, Expr)) for row in table.rows)
@@ -265,7 +265,7 @@ def _evaluate(r: FileReading, args: Sequence[Any], line: Line) -> Value:
 
 
 def solve(sheet: Sheet, equations: Sequence[Expr], unknown: Sequence[Expr], line: Line) -> tuple[Expr, ...]:
-    """The unknowns of linear equations, each equation being zero."""
+    """The solution of linear equations, given as expressions that vanish."""
     if len(equations) != len(unknown):
         raise line.refuse(f"as many equations as unknowns, {len(unknown)}", len(equations))
     rows, right = [], []
@@ -296,11 +296,11 @@ FUNCTIONS: dict[str, Call] = {
     "cm": lambda r, args, line: center(r.sheet, point_of(r, args[0], line), [word(a, line) for a in args[1:]]),
     "det": output("det"), "solve": output("solve"),
 }  # fmt: skip
-"""How each function is read."""
+"""The implementation of each function."""
 
 
 def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
-    """The mass of bodies and particles, all of them where none is named."""
+    """The total mass of the named bodies and particles, or of all if none is named."""
     expect.none([sheet.say(x) for x in names if x not in sheet.masses], "bodies and particles that have a mass")
     total: Expr = ZERO
     for name in names or sheet.masses:
@@ -309,7 +309,7 @@ def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
 
 
 def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
-    """The position of the mass centre of bodies and particles, all of them where none is named."""
+    """The position of the mass centre of the named bodies and particles, or of all if none is named."""
     whole, total = mass(sheet, names), Vec()
     for name in names or sheet.masses:
         total = total + sheet.position(origin, sheet.bodies.get(name, name)).times(sheet.masses[name])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The methods of MotionGenesis: `B.RotateZ(A, q)`, `P.Translate(Q, r>)`, `B.GetAngularVelocity(N)`; a table by name."""
+"""The methods of MotionGenesis, such as `B.RotateZ(A, q)`, `P.Translate(Q, r>)`, `B.GetAngularVelocity(N)`, in a table by name."""
 
 import re
 from collections.abc import Sequence
@@ -52,7 +52,7 @@ def _rotate_general(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _rotation_ode(r: FileReading, args: Args, line: Line) -> Value:
-    """B.SetRotationMatrixODE(A, Quaternion, e0, e1, e2, e3), or Poisson and nine elements: orientation and its rates."""
+    """B.SetRotationMatrixODE(A, Quaternion, e0, e1, e2, e3), or Poisson with nine elements: the orientation and its rates."""
     b, a, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
     if kind.startswith("poisson"):
         told = [r.scalar(expression(x), line) for x in args[3:]]
@@ -66,7 +66,7 @@ def _rotation_ode(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _set(kind: str) -> Call:
-    """B.SetAngularVelocity(A, w>), P.SetVelocity(A, v>), P.SetPosition(Q, r>), which is the position of P from Q."""
+    """B.SetAngularVelocity(A, w>), P.SetVelocity(A, v>), P.SetPosition(Q, r>), the position of P from Q."""
 
     def call(r: FileReading, args: Args, line: Line) -> Value:
         first, second = (frame_of if kind == "w" else point_of), (point_of if kind == "p" else frame_of)
@@ -78,7 +78,7 @@ def _set(kind: str) -> Call:
 
 
 def _translate(r: FileReading, args: Args, line: Line) -> Value:
-    """P.Translate(Q, r>): position, and the velocity of a point of P's body, else the derivative of the position."""
+    """P.Translate(Q, r>): the position, and the velocity as of a point fixed in P's body, or else the derivative of the position."""
     _set("p")(r, args, line)
     p, q = point_of(r, args[0], line), point_of(r, args[1], line)
     s, body = r.sheet, r.sheet.fixed.get(p)
@@ -92,7 +92,7 @@ def _translate(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _defined(r: FileReading, arg: Any, line: Line) -> Expr:
-    """A scalar, which may be named on the way: mA = 640 kg."""
+    """A scalar, which may be defined in the argument: mA = 640 kg."""
     if arg.data != "named":
         tree = arg.children[0]
         value = quantity(r, tree, arg.children[1], line) if _known(r, tree, line) else _new(r, tree, line)
@@ -101,7 +101,7 @@ def _defined(r: FileReading, arg: Any, line: Line) -> Expr:
 
 
 def defined(r: FileReading, name: str, tree: Any, unit: Any, line: Line) -> Expr:
-    """A constant with its value, or a name for an expression, which a call defines on the way: mA = 10 kg, IA = mA*L^2/12."""
+    """Defines, in the argument of a call, a constant with its value (mA = 10 kg) or a name for an expression (IA = mA*L^2/12)."""
     value = quantity(r, tree, unit, line)
     if not isinstance(value, Expr):
         raise line.refuse("a scalar for a constant that is defined in a call", "another value")
@@ -123,7 +123,7 @@ def _new(r: FileReading, tree: Any, line: Line) -> Parameter:
 
 
 def _token(tree: Any) -> Any:
-    """The name that an expression consists of, or None."""
+    """The name of which an expression consists, or None."""
     tree = bare(tree)
     return tree.children[0] if tree.data == "name" else None
 
@@ -134,7 +134,7 @@ def _set_mass(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _set_inertia(r: FileReading, args: Args, line: Line) -> Value:
-    """B.SetInertia(Bcm, frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx), point and frame left out at will, or with a dyadic in their place."""
+    """B.SetInertia(Bcm, frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx); point and frame are optional, and a dyadic may replace the elements."""
     b, rest = frame_of(r, args[0], line), list(args[1:])
     point, frame = r.sheet.bodies.get(b, f"{b}cm"), b
     for known in (r.sheet.points, r.sheet.frames):
@@ -191,7 +191,7 @@ def _torque_damper(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _force_spring(r: FileReading, args: Args, line: Line) -> Value:
-    """P.AddForceSpring(Q, k, length, exponent): −k (|r| − length)^exponent along r from Q to P, and what reacts on Q."""
+    """P.AddForceSpring(Q, k, length, exponent): −k (|r| − length)^exponent along r from Q to P, and the reaction on Q."""
     s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
     k, length = (r.scalar(expression(args[n]), line) for n in (2, 3))
     power = [r.scalar(expression(x), line) for x in args[4:5]]
@@ -202,7 +202,7 @@ def _force_spring(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _force_damper(r: FileReading, args: Args, line: Line) -> Value:
-    """P.AddForceDamper(Q, b): −b times the rate of the distance, along the line between them, and what reacts on Q."""
+    """P.AddForceDamper(Q, b): −b times the rate of the distance, along the line between the points, and the reaction on Q."""
     s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
     apart = s.position(q, p)
     closing = s.dot(s.velocity(p, s.inertial) - s.velocity(q, s.inertial), apart)
@@ -265,4 +265,4 @@ MEMBERS: dict[str, Call] = {
     **dict.fromkeys(("getrotationmatrix", "getrotation"), _get_rotation),
     **{name: output(name) for name in _OUTPUTS.split()},
 }  # fmt: skip
-"""How each method is read."""
+"""The implementation of each method."""

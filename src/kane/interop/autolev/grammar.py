@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a text to statements: lines joined and cut, then each parsed by a grammar; bounded in size, number and nesting."""
+"""From a text to parsed statements: lines are joined and cut, then parsed by a grammar; size, number and nesting are bounded."""
 
 import re
 from collections.abc import Iterator
@@ -58,7 +58,7 @@ ASSIGN: /[:+*\/-]?=/
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A statement's text and where it begins."""
+    """A statement's text and its position in the file."""
 
     text: str
     number: int
@@ -66,7 +66,7 @@ class Line:
 
     @property
     def where(self) -> str:
-        """A remark's place."""
+        """The position, for remarks."""
         return f"line {self.number}"
 
     def refuse(self, expected: str, got: object, cure: str = "") -> ModelError:
@@ -75,14 +75,14 @@ class Line:
 
 
 def lines_of(text: str) -> Iterator[Line]:
-    """The statements: comments left out, continued lines joined, cut at semicolons that stand in no bracket."""
+    """The statements: without comments, continued lines joined, cut at semicolons outside brackets."""
     if len(text) > MOST_LETTERS:
         raise ModelError(f"Expected a file of at most {MOST_LETTERS} letters, got {len(text)}. Cut it into models.")
     held, first, count = "", 0, 0
     for number, raw in enumerate(text.splitlines(), 1):
         line = re.split(r"%|//", raw, maxsplit=1)[0].rstrip()
         first = first if held else number
-        held += (line.lstrip() if held else line).removesuffix("&")  # words may be cut there
+        held += (line.lstrip() if held else line).removesuffix("&")  # words may be split between lines
         if line.endswith("&"):
             continue
         for at, piece in _pieces(held, first):
@@ -96,7 +96,7 @@ def lines_of(text: str) -> Iterator[Line]:
 
 
 def _pieces(text: str, number: int) -> Iterator[tuple[int, str]]:
-    """What stands between semicolons, with its column; brackets are counted."""
+    """The pieces between semicolons, with their columns; raises on unbalanced brackets."""
     if len(text) > MOST_LONG:
         raise ModelError(f"Expected a statement of at most {MOST_LONG} letters, got {len(text)} at line {number}.")
     depth, start = 0, 0
@@ -115,7 +115,7 @@ def _pieces(text: str, number: int) -> Iterator[tuple[int, str]]:
 
 @cache
 def parser() -> "Lark":
-    """The parser, made when the first file is read; lark is asked for then."""
+    """The parser, constructed on first use, which imports lark."""
     try:
         lark = import_module("lark")
     except ImportError as error:
@@ -124,7 +124,7 @@ def parser() -> "Lark":
 
 
 def bare(tree: Any) -> Any:
-    """The part of an expression that has nothing beside it: of a name or call alone that, of a sum the sum."""
+    """The expression without enclosing grammar nodes that have a single child."""
     while getattr(tree, "data", "") in ("argument", "sum", "term", "power") and all(
         x is None for x in tree.children[1:]
     ):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names of a sheet put in their last form: late assignments, kinematical equations, which coordinates are further states."""
+"""Final form of a sheet's expressions: later assignments and kinematical equations substituted, further states identified."""
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import pairwise
@@ -21,12 +21,12 @@ _DEEP = 60
 
 
 def replacing(changes: Mapping[Any, Any]) -> Callable[[Expr], Expr]:
-    """A function that puts values in the place of symbols."""
+    """A function that substitutes values for symbols."""
     return substituting(dict(changes))
 
 
 class LastForm:
-    """How expressions of the sheet read in the end: `final(e)` holds coordinates, speeds, parameters, inputs and time alone."""
+    """The final form of expressions: `final(e)` contains only coordinates, speeds, parameters, inputs and time."""
 
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
@@ -49,7 +49,7 @@ class LastForm:
         self._late = substituting(late)
 
     def _given_values(self) -> None:
-        """Variables that only Input gives a value, or that masses, inertias and places hold, are constants."""
+        """Makes constants of variables with only an Input value, or that occur in masses, inertias, positions or orientations."""
         s = self.sheet
         held = set(free_symbols(_fixed(s)))
         for low, symbol in s.symbols.items():
@@ -60,7 +60,7 @@ class LastForm:
         s.late |= self.constants
 
     def _standing(self) -> dict[Expr, Expr]:
-        """Coordinates whose rates are auxiliary speeds alone stand still: they are parameters."""
+        """Coordinates whose rates are linear in auxiliary speeds only are constant: makes parameters of them."""
         result: dict[Expr, Expr] = {}
         for q in self.coordinates():
             told = self.kinematic.get(rate(q), ZERO)
@@ -71,7 +71,7 @@ class LastForm:
         return result
 
     def _drop_flat_inertias(self) -> None:
-        """Values of Input that make the inertia of a body singular, as one for all of them, are placeholders: the body has none."""
+        """Drops Input values that make a body's inertia singular, such as one value for all elements: they are placeholders."""
         s = self.sheet
         for name, (dyad, _, _) in s.inertias.items():
             held = free_symbols(x for pair in dyad.terms for v in pair for x in v.parts.values())
@@ -83,7 +83,7 @@ class LastForm:
                 s.remarks.say("changed", f"the values of {names} are no body's: {s.say(name)} has none for them")
 
     def _drop_contradictions(self) -> None:
-        """Values of specified variables that are not each other's derivatives stand for functions given elsewhere."""
+        """Drops values of specified variables that are not each other's derivatives: the actual functions are given elsewhere."""
         s = self.sheet
         for low in s.given:
             symbol = s.symbols.get(low)
@@ -104,7 +104,7 @@ class LastForm:
         return late
 
     def _closed(self, changes: dict[Expr, Expr]) -> dict[Expr, Expr]:
-        """Replacements whose values hold none of the keys."""
+        """Replacements substituted into each other until no value contains a key; ModelError for a cycle."""
         for _ in range(_DEEP):
             held = set(free_symbols(changes.values()))
             if not held & changes.keys():
@@ -117,19 +117,19 @@ class LastForm:
         raise ModelError(f"Expected assignments that can be put into each other, got a ring of {names}.")
 
     def with_auxiliary(self, e: Expr) -> Expr:
-        """The last form, auxiliary speeds kept."""
+        """The final form with auxiliary speeds."""
         return self._by_speeds(self._late(e))
 
     def final(self, e: Expr) -> Expr:
-        """The last form, auxiliary speeds zero."""
+        """The final form with auxiliary speeds zero."""
         return self._at_rest(self.with_auxiliary(e))
 
     def vector(self, v: Vec) -> Vec:
-        """The last form of a vector."""
+        """The final form of a vector."""
         return v.map(self.final)
 
     def geometric(self, e: Expr) -> Expr:
-        """The last form of what places and orients: rates stay."""
+        """The final form for positions and orientations: rates are not replaced by speeds."""
         return self._late(e)
 
     def coordinates(self) -> list[Coordinate]:
@@ -138,7 +138,7 @@ class LastForm:
 
 
 def numbers_of(sheet: Sheet) -> dict[str, float]:
-    """Values that Input gives; those of other inputs and of assigned names are put in."""
+    """The values that Input assigns, with other inputs and assigned names substituted."""
     known: dict[Expr, float] = {}
     result: dict[str, float] = {}
     for _ in range(8):
@@ -172,14 +172,14 @@ def _is_flat(dyad: Dyad, values: Mapping[Symbol, float]) -> bool:
 
 
 def _fixed(s: Sheet) -> list[Expr]:
-    """What stands in masses, inertias, positions and orientations."""
+    """The expressions in masses, inertias, positions and orientations."""
     dyads = [x for dyad, _, _ in s.inertias.values() for pair in dyad.terms for v in pair for x in v.parts.values()]
     turns = [x for turn in s.turns.values() for row in turn.cosines for x in row]
     return [*s.masses.values(), *dyads, *turns, *(x for v in s.positions.values() for x in v.parts.values())]
 
 
 def speeds_in(expressions: Iterable[Expr]) -> list[Speed]:
-    """Generalized speeds, in the order in which they appear."""
+    """Generalized speeds, in the order of appearance."""
     return list(dict.fromkeys(s for s in free_symbols(expressions) if isinstance(s, Speed)))
 
 
@@ -196,11 +196,11 @@ def agree(these: Iterable[Expr], those: Iterable[Expr], groups: Iterable[tuple[C
 
 
 def undefined(e: Expr) -> Expr:
-    """An expression with parameters that have no default: at the defaults of some, others may not count."""
+    """An expression with parameters without defaults, because terms could cancel at the defaults."""
     told = [p for p in free_symbols([e]) if isinstance(p, Parameter) and p.default is not None]
     return substituting({p: Parameter.declare(p.name, None, p.unit, "") for p in told})(e) if told else e
 
 
 def no_accelerations(e: Expr) -> bool:
-    """Whether an expression holds no derivative of a speed."""
+    """Whether an expression contains no derivative of a speed."""
     return not any(isinstance(s, Rate) and isinstance(s.place, Speed) for s in free_symbols([e]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names that are numbered: Q{3} for q1, q2, q3, P{2}o for p1o, p2o, in declarations and in lists of unknowns."""
+"""Names with ranges: Q{3} for q1, q2, q3, P{2}o for p1o, p2o, in declarations and in lists of unknowns."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
@@ -9,11 +9,11 @@ from kane.interop.autolev.grammar import Line
 
 MOST_NAMES = 2_000
 Number = Callable[[Any, Line], int]
-"""How a whole number is read."""
+"""A function that reads an integer."""
 
 
 def names_of(item: Sequence[Any], number: Number, line: Line) -> Iterator[tuple[str, int]]:
-    """The names that a name with ranges and primes stands for, Q{3}' for q1, q2, q3, and how many primes each has."""
+    """The names denoted by a name with ranges and primes, Q{3}' for q1, q2, q3, each with the number of primes."""
     name, ranges, primes = str(item[0]), item[1], item[2]
     *told, end = ranges.children if ranges is not None else (None,)
     whole = name + (end or "") + (primes or "")

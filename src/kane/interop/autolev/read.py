@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a text to a sheet: statements parsed, then read one after the other."""
+"""From a text to a sheet: statements are parsed, then executed in order."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -37,7 +37,7 @@ _MACROS = 4
 
 
 def read(text: str, folder: Path | None) -> Sheet:
-    """Read a text; command files (.a) that it calls, and files that it runs, are looked for in its folder."""
+    """The sheet of a text; command files (.a) and files that it runs are looked up in `folder`."""
     sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
     reading = FileReading(sheet, FUNCTIONS, MEMBERS)
     lines = [x for line in _to_the_end(lines_of(text)) for x in _unfolded(line, folder, _MACROS)]
@@ -59,7 +59,7 @@ def read(text: str, folder: Path | None) -> Sheet:
 
 
 def _to_the_end(lines: Iterable[Line]) -> Iterator[Line]:
-    """The lines before the first that ends the program, as Quit does: what follows is never run, and need not make sense."""
+    """The lines before the first that ends the program, such as Quit; the rest is ignored and may be invalid."""
     return takewhile(lambda line: line.text.lower() not in _ENDS, lines)
 
 
@@ -69,7 +69,7 @@ def _first(error: KaneError) -> str:
 
 
 def _is_output(s: Statement, sheet: Sheet) -> bool:
-    """Whether a statement after the equations are formed names a quantity that the model does not hold."""
+    """Whether a statement after the formation of the equations assigns a quantity that is not part of the model."""
     if s.tree.data != "statement" or s.tree.children[1] is None:
         return False
     names = words_of([s.tree.children[0]])
@@ -80,7 +80,7 @@ def _is_output(s: Statement, sheet: Sheet) -> bool:
 
 
 def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
-    """A line, or the lines of the file that it runs or calls as a command, arguments in the place of #1#, #2# and so on."""
+    """A line, or the lines of the file that it runs or calls as a command, with arguments substituted for #1#, #2#, …."""
     file, arguments = _called(line, folder) if folder is not None and folder.is_dir() else (None, ())
     if file is None:
         yield line
@@ -95,7 +95,7 @@ def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
 
 
 def _called(line: Line, folder: Path) -> tuple[Path | None, tuple[str, ...]]:
-    """The file in this folder that a line runs or calls, and what it is called with."""
+    """The file in this folder that a line runs or calls, and its arguments."""
     run = re.fullmatch(r"(?i)run\s+(?:.*[/\\])?([^/\\]+)", line.text)
     if run is not None:
         return next((p for p in folder.iterdir() if p.name.lower() == run[1].lower() and p.is_file()), None), ()
@@ -108,7 +108,7 @@ def _called(line: Line, folder: Path) -> tuple[Path | None, tuple[str, ...]]:
 
 
 def _parsed(line: Line, sheet: Sheet) -> Statement | None:
-    """A statement; None for what ends or sets something else than the model."""
+    """A parsed statement; None for one that ends the program or sets something other than the model."""
     lark = import_module("lark")
     head = re.match(r"([A-Za-z_]+)('{0,3})(\s+(?![:+*/=^-]=?\s|=)|\s*$|(?=\())", line.text)
     word, rest = (head[1].lower(), line.text[head.end() :]) if head else ("", line.text)
@@ -123,7 +123,7 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
     start, text, offset = "statement", line.text, 0
     solving = _ODE.match(text)
     if solving:
-        text = solving[0]  # without the name of a file
+        text = solving[0]  # without the file name
     if spaced and word in DECLARED:
         start, text, offset = "declaration", rest, len(line.text) - len(rest)
     elif spaced and word in _ARGUED:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a file has said so far: names, orientations, positions, velocities, loads, constraints; and the algebra of its vectors."""
+"""The state of a file being read: names, orientations, positions, velocities, loads and constraints; and its vector algebra."""
 
 import re
 from collections import deque
@@ -27,7 +27,7 @@ X = TypeVar("X")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileTurn:
-    """How a frame is oriented in its parent: by a simple rotation, Euler (scalar one last) or Rodrigues parameters, or a matrix."""
+    """The orientation of a frame in its parent: simple rotation, Euler parameters (scalar last), Rodrigues parameters, or a matrix."""
 
     parent: str
     child: str
@@ -40,7 +40,7 @@ class FileTurn:
 
 @dataclass(slots=True)
 class Sheet:
-    """The state of a file that is being read; keys are names in small letters."""
+    """The definitions that a file has made so far; keys are names in lower case."""
 
     remarks: Remarks
     genesis: bool = False
@@ -84,7 +84,7 @@ class Sheet:
     # Scalars ---------------------------------------------------------------------------------------------------------
 
     def parameter(self, name: str, default: float | None = None) -> Parameter:
-        """A constant, declared where it is first used if it must be."""
+        """A constant, declared on first use if necessary."""
         symbol = self.symbols.get(name.lower())
         if not isinstance(symbol, Parameter):
             symbol = Parameter.declare(name, default, "", "")
@@ -92,19 +92,19 @@ class Sheet:
         return symbol
 
     def rate(self, e: Expr) -> Expr:
-        """The derivative by time, rates of coordinates by the kinematical equations that stand so far."""
+        """The time derivative, in which the kinematical equations defined so far replace rates of coordinates."""
         result = self.by_speeds(time_derivative(e))
         self.before[result] = e  # an equation in accelerations may be the derivative of one in speeds
         return result
 
     def by_speeds(self, e: Expr) -> Expr:
-        """An expression with rates replaced by what the kinematical equations say."""
+        """An expression in which kinematical equations replace rates."""
         return substituted(e, self.kinematic) if self.kinematic else e
 
     # Orientation -----------------------------------------------------------------------------------------------------
 
     def orient(self, turn: FileTurn) -> None:
-        """An orientation more."""
+        """Adds an orientation."""
         self.turns[turn.parent, turn.child] = turn
         self._paths.clear()
 
@@ -130,13 +130,13 @@ class Sheet:
         return total
 
     def connected(self, a: str, b: str) -> bool:
-        """Whether orientations lead from one frame to the other."""
+        """Whether a chain of orientations connects two frames."""
         return shortest_path({**self.turns, **{(c, p): t for (p, c), t in self.turns.items()}}, a, b) is not None
 
     # Vectors ---------------------------------------------------------------------------------------------------------
 
     def express(self, v: Vec, frame: str) -> Vec:
-        """The same vector along the axes of one frame."""
+        """The vector in components along the axes of one frame."""
         parts: list[tuple[tuple[str, int], Expr]] = []
         for (f, k), x in v.parts.items():
             if f == frame:
@@ -183,7 +183,7 @@ class Sheet:
         return total
 
     def dt(self, v: Vec, frame: str) -> Vec:
-        """The derivative of a vector in a frame."""
+        """The time derivative of a vector in a frame."""
         total = v.map(self.rate)
         for f in v.frames():
             if f != frame:
@@ -191,17 +191,17 @@ class Sheet:
         return total
 
     def spin(self, b: str, a: str) -> Vec:
-        """The angular velocity of b in a: as assigned, else by those assigned and the orientations between."""
+        """The angular velocity of b in a: as assigned, else the sum of assigned ones and those of orientations between the frames."""
         if a == b:
             return Vec()
         return self._added(b, a, self.spins)
 
     def turning(self, b: str, a: str) -> Vec:
-        """The angular velocity of b in a by orientations alone."""
+        """The angular velocity of b in a from orientations only."""
         return self._added(b, a, {})
 
     def _added(self, b: str, a: str, told: dict[Pair, Vec]) -> Vec:
-        """Angular velocities from b to a: those told, and of the orientations between."""
+        """The sum of angular velocities from b to a: those in `told`, else those of orientations."""
         edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns | told
         edges |= {(p, q): v for (q, p), v in told.items()}
         path = shortest_path(edges, b, a)
@@ -230,7 +230,7 @@ class Sheet:
     # Points ----------------------------------------------------------------------------------------------------------
 
     def position_edges(self) -> dict[Pair, Vec]:
-        """The positions of each point from others, those named first, both ways."""
+        """The positions of points from others, in both directions; assigned ones take precedence."""
         return {(b, a): v.times(-ONE) for (a, b), v in self.positions.items()} | self.positions
 
     def position(self, p: str, q: str) -> Vec:
@@ -247,7 +247,7 @@ class Sheet:
         return total
 
     def velocity(self, p: str, frame: str) -> Vec:
-        """The velocity as assigned, else the derivative of the position from a point whose velocity there is known."""
+        """The velocity as assigned, else that of another point plus the derivative of the position from it."""
         if (p, frame) in self.velocities:
             return self.velocities[p, frame]
         edges = self.position_edges()
@@ -262,20 +262,20 @@ class Sheet:
         )
 
     def carried(self, frame: str, body: str, p: str, q: str) -> Vec:
-        """The velocity of q, fixed in the body as p is."""
+        """The velocity of q, where p and q are fixed in the body."""
         return self.velocity(p, frame) + self.cross(self.spin(body, frame), self.position(p, q))
 
-    # What names such as P_No_Bo> say -----------------------------------------------------------------------------------
+    # Names such as P_No_Bo> --------------------------------------------------------------------------------------------
 
     def pair(self, head: str, rest: str) -> Pair | None:
-        """The points or frames of a name such as P_No_Bo>, of which `head` says what they are; None where it is none."""
+        """The points or frames in a name such as P_No_Bo>, of kinds that `head` determines; None for other names."""
         if head not in _PAIRS:
             return None
         first, second = (getattr(self, kind) for kind in _PAIRS[head])
         return next(((a, b) for a, b in splits(rest) if a in first and b in second), None)
 
     def place(self, head: str, a: str, b: str, v: Vec, line: Line) -> None:
-        """Position, velocity, angular velocity or acceleration, as told; an angular acceleration follows from the others."""
+        """Stores a position, velocity, angular velocity or acceleration; an angular acceleration is ignored, because it follows."""
         if head == "a":
             self.accelerations[a, b] = (v, line)
         elif head != "alf":
@@ -285,7 +285,7 @@ class Sheet:
             store[a, b] = v
 
     def found(self, head: str, a: str, b: str) -> Vec:
-        """The same as told, else as it follows."""
+        """The same quantity, as assigned or else derived."""
         if head == "a":
             return self.accelerations[a, b][0] if (a, b) in self.accelerations else self.dt(self.velocity(a, b), b)
         if head == "alf":
@@ -293,11 +293,11 @@ class Sheet:
         return {"v": self.velocity, "w": self.spin}.get(head, self.position)(a, b)
 
     def act(self, loads: list[tuple[str, Vec, Line]], on: str, back: str, v: Vec, line: Line) -> None:
-        """A force or torque on one place or frame, and its opposite on another one."""
+        """Adds a force or torque on a point or frame, and its opposite on another one."""
         loads += [(on, v, line), (back, v.times(-ONE), line)]
 
     def say(self, name: str) -> str:
-        """A name as it is written in the file."""
+        """A name as written in the file."""
         return self.shown.get(name, name)
 
 
@@ -306,17 +306,17 @@ _PAIRS = {
     "p": (_POINTS, _POINTS), "r": (_POINTS, _POINTS), "v": (_POINTS, _FRAMES), "a": (_POINTS, _FRAMES), "w": (_FRAMES, _FRAMES),
     "alf": (_FRAMES, _FRAMES),
 }  # fmt: skip
-"""What the two parts of a name are, by its head."""
+"""The kinds of the two parts of a name, by its head."""
 
 
 def splits(name: str) -> Iterator[tuple[str, str]]:
-    """The ways to cut a name in two at an underscore."""
+    """The ways to split a name at an underscore."""
     for match in re.finditer("_", name):
         yield name[: match.start()], name[match.end() :]
 
 
 def shortest_path(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] | None:
-    """The shortest path along edges, those named first preferred; None if there is none."""
+    """The shortest path along edges, with a preference for earlier ones; None if there is none."""
     if start == end:
         return []
     near: dict[K, list[K]] = {}
@@ -340,7 +340,7 @@ def shortest_path(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tupl
 
 
 def simple(parent: str, child: str, axis: tuple[Expr, ...], angle: Expr) -> FileTurn:
-    """A simple rotation about a unit vector that has these components in both frames."""
+    """A simple rotation about a unit vector, which has these components in both frames."""
     c, s = cos(angle), sin(angle)
     rest = ONE - c
     rows = [[axis[i] * axis[j] * rest for j in range(3)] for i in range(3)]
@@ -353,7 +353,7 @@ def simple(parent: str, child: str, axis: tuple[Expr, ...], angle: Expr) -> File
 
 
 def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> FileTurn:
-    """An orientation by Euler parameters, the scalar one last (Kane, Likins & Levinson 1983, sec. 1.3)."""
+    """An orientation by Euler parameters, the scalar last (Kane, Likins & Levinson 1983, sec. 1.3)."""
     a, b, c, d = e
     two = ONE + ONE
     rows: Rows = (

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The frames and points of a sheet as kane's, each compared with the velocity that the file gives it.
+"""The frames and points of a sheet as objects of kane, consistent with the velocities that the file assigns.
 
-Where the file gives an angular velocity and no orientation, or another one than the orientation has, the body gets a frame that
-turns so: by an angle where the axis stands still, else by Euler parameters, all without a name in the file. A point whose velocity
-is not that of its position gets one that moves so, by three lengths. Rows say what these coordinates do: rate = function of speeds.
+If the file assigns an angular velocity without an orientation, or one that differs from that of the orientation, the body gets an
+additional frame with this angular velocity: rotated by an angle if the axis is fixed, else by Euler parameters. A point whose velocity
+differs from the derivative of its position is displaced by three lengths. Rows are the kinematical equations of these coordinates.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ from kane.space.vector import Dyadic, Vector
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RateRow:
-    """A kinematical equation: an expression of rates is an affine function of speeds."""
+    """A kinematical equation: an expression in rates equals an affine function of speeds."""
 
     rates: Expr
     value: Expr
@@ -33,7 +33,7 @@ class RateRow:
 
 
 class Space:
-    """Frames and points by the names of the file, and the kinematical rows of what they needed."""
+    """Frames and points by the names of the file, and the kinematical equations of additional coordinates."""
 
     def __init__(self, sheet: Sheet, names: LastForm) -> None:
         self.sheet, self.names = sheet, names
@@ -58,12 +58,12 @@ class Space:
         return self.frames[self.sheet.inertial]
 
     def by_speeds(self, e: Expr) -> Expr:
-        """An expression with all rates replaced by functions of speeds."""
+        """An expression in which functions of speeds replace all rates."""
         changes = {**self.names.kinematic, **self.euler, **{r.rates: r.value for r in self.rows if r.made}}
         return substituting(changes)(self.names.final(e))
 
     def vector(self, v: Vec) -> Vector:
-        """A vector of the file in its last form."""
+        """A vector of the file in its final form."""
         return self._vector(self.names.vector(v))
 
     def _vector(self, v: Vec) -> Vector:
@@ -78,9 +78,9 @@ class Space:
         return total
 
     def inertia(self, dyad: Dyad, body: str) -> Dyadic:
-        """A dyadic of a body, along the axes of the frame in which the body turns as it does.
+        """The inertia dyadic of a body, along the axes of the frame with the body's angular velocity.
 
-        Axes of another frame, in which the body turns about one of them, serve as well where the moments about the others are equal.
+        Axes of another frame are replaced by the body's if it rotates about one of them and the moments about the others are equal.
         """
         own, told = self.turning[body], self.frames.get(body)
         whole = Dyadic((self._turned(a, told, own), self._turned(b, told, own)) for a, b in dyad.terms)
@@ -100,11 +100,11 @@ class Space:
         return Dyadic.of(own, rows) if same else whole
 
     def _turned(self, v: Vec, told: Frame | None, own: Frame) -> Vector:
-        """A vector with the axes of one frame in the place of another's."""
+        """A vector in which the axes of `own` replace those of `told`."""
         return Vector((own if f is told else f, xyz) for f, xyz in self.vector(v).parts)
 
     def _one_value(self, a: Expr, b: Expr, body: str) -> bool:
-        """Whether two moments of inertia are one, or constants of one value."""
+        """Whether two moments of inertia are identical, or constants with equal defaults."""
         if a is b:
             return True
         if isinstance(a, Parameter) and isinstance(b, Parameter) and a.default is not None and a.default == b.default:
@@ -114,17 +114,17 @@ class Space:
         return False
 
     def components(self, v: Vector) -> list[Expr]:
-        """Measure numbers along the inertial axes, rates by speeds."""
+        """Measure numbers along the inertial axes, with rates expressed by speeds."""
         return [self.by_speeds(x) for x in v.components(self.root)]
 
     def same(self, mine: Vector, told: Vec) -> bool:
-        """Whether a velocity in rates is what the file says."""
+        """Whether a velocity in terms of rates agrees with that of the file."""
         return agree(self.components(mine), self.components(self.vector(told)), self.groups)
 
     # Frames ----------------------------------------------------------------------------------------------------------
 
     def _orient(self) -> None:
-        """Frames with an orientation, from the inertial one outwards; then those with an angular velocity alone."""
+        """Makes frames with an orientation, from the inertial one outwards; then those with an angular velocity only."""
         waiting = True
         while waiting:
             waiting = False
@@ -151,7 +151,7 @@ class Space:
                 frame = parent.rotate_euler_parameters(shown, signed)
                 self._noted.append(
                     (frame, self.sheet.spin(turn.child, turn.parent))
-                )  # its quasi-rates, once all frames are there
+                )  # its quasi-rates are set when all frames exist
                 return frame
         if turn.rodrigues:
             rho = [f(x) for x in turn.rodrigues]
@@ -160,7 +160,7 @@ class Space:
         return parent.rotate_matrix(shown, rows if forth else [list(c) for c in zip(*rows, strict=True)])
 
     def _drive(self) -> None:
-        """Say what the quasi-rates are, once all frames are there."""
+        """Sets the quasi-rates, when all frames exist."""
         for frame, told in self._noted:
             self._set_quasi(frame, self.vector(told))
 
@@ -173,19 +173,19 @@ class Space:
         self.rows += [RateRow(left, right, made=True) for left, right in driven.rates]
 
     def _about(self, base: Frame, name: str, axis: int, spin: Expr, shown: str) -> Frame:
-        """A frame that turns about an axis of another one, by an angle that is called after what is shown."""
+        """A frame rotated about an axis of another one by an additional angle, whose name begins with `shown`."""
         frame, driven = turned_about(base, name, axis, spin, partial(self._new, shown))
         self._drive_by(driven)
         return frame
 
     def _freely(self, base: Frame, name: str, shown: str) -> Frame:
-        """A frame that turns by Euler parameters."""
+        """A frame rotated by additional Euler parameters."""
         frame, e = turned_freely(base, name, partial(self._new, shown))
         self.groups.append(e)
         return frame
 
     def _next_spin(self) -> bool:
-        """A frame that has an angular velocity in a frame that is there, and no orientation."""
+        """Makes a frame that has an angular velocity in an existing frame, and no orientation; False if there is none."""
         used = self._used()
         for (b, a), v in self.sheet.spins.items():
             for child, parent, told in ((b, a, v), (a, b, v.times(-ONE))):
@@ -199,7 +199,7 @@ class Space:
         return False
 
     def _used(self) -> set[str]:
-        """The frames of bodies, those that vectors are written along, and those that others are turned from."""
+        """The frames of bodies, those along which vectors are written, and those from which others are oriented."""
         s = self.sheet
         loads = [v for _, v, _ in (*s.forces, *s.torques)]
         dyads = [v for dyad, _, _ in s.inertias.values() for pair in dyad.terms for v in pair]
@@ -209,12 +209,12 @@ class Space:
         return {*s.bodies, *named, *(f for v in vectors for f in v.frames()), *(f for f, _, _ in s.torques)}
 
     def _spinning(self, child: str, parent: str, told: Vec, shown: str) -> Frame:
-        """A frame that turns in its parent with an angular velocity, by coordinates that the file does not have."""
+        """A frame with an angular velocity in its parent, by additional coordinates."""
         base, spin = self.frames[parent], self.names.vector(told)
         others = [f for f in spin.frames() if f != child and f not in self.frames]
         alone = (
             set(spin.frames()) == {child} and len(spin.parts) == 1
-        )  # about its own axis, which then is one of the parent, too
+        )  # about an axis of its own, which is then fixed in the parent too
         if not others and (alone or child not in spin.frames()):
             ahead = Vec({(parent, k): x for (_, k), x in spin.parts.items()}) if alone else told
             x = self.vector(ahead).components(base)
@@ -235,7 +235,7 @@ class Space:
         return Coordinate.declare(name, None, "", "")
 
     def _apply_angular_velocities(self) -> None:
-        """Bodies turn in the frame of their name, or in one more if its angular velocity is another one than the file says."""
+        """Gives each body the frame of its name, or an additional frame if the file assigns a different angular velocity."""
         for body in self.sheet.bodies:
             frame = self.frames.get(body)
             if frame is None:
@@ -257,7 +257,7 @@ class Space:
             self.turning[body] = self._extra(body, frame, extra)
 
     def _from_start(self, body: str, start: Frame, told: Vec) -> Frame:
-        """A body whose orientation stands still and whose angular velocity is written along its axes: it begins there and turns."""
+        """The frame of a body with an angular velocity along its axes and a constant orientation, which is the initial one."""
         made = self._freely(start, f"{self.sheet.say(body)}_turning", self.sheet.say(body))
         self.frames[body] = made
         self._set_quasi(made, self.vector(told))
@@ -281,22 +281,22 @@ class Space:
     # Points ----------------------------------------------------------------------------------------------------------
 
     def _centers(self) -> list[str]:
-        """Points that have mass: geometric ones, whose acceleration is the derivative of their velocity."""
+        """Mass centres: geometric points, whose acceleration is the derivative of their velocity."""
         return [self.sheet.bodies.get(name, name) for name in self.sheet.masses]
 
     def needed(self) -> list[str]:
-        """Points that the model needs: mass centres and those where forces act."""
+        """Points that the model needs: mass centres and points where forces act."""
         s = self.sheet
         about = [point for body, (_, point, _) in s.inertias.items() if body in s.masses]
         return list(dict.fromkeys([*self._centers(), *about, *(p for p, _, _ in s.forces)]))
 
     def _velocities(self) -> dict[str, Vec]:
-        """The inertial velocities of points: those of the file, and those that follow from them for points that the model needs."""
+        """The inertial velocities of points: those of the file, and derived ones for points that the model needs."""
         s, n = self.sheet, self.sheet.inertial
         told = {p: Vec() for (p, f), (a, _) in s.accelerations.items() if f == n and not a.parts and p in s.points}
         told |= {p: v for (p, f), v in s.velocities.items() if f == n}
         for p in self.needed():
-            with suppress(ModelError):  # such a point has a position from one at rest, or none at all
+            with suppress(ModelError):  # the point has a position from one at rest, or no position
                 told.setdefault(p, s.velocity(p, n))
         return told
 
@@ -317,7 +317,7 @@ class Space:
                 )
 
     def _needed_points(self, edges: dict[tuple[str, str], Vec]) -> list[str]:
-        """The points needed, and those between them and points at rest."""
+        """The needed points, and those between them and points at rest."""
         s = self.sheet
         wanted: dict[str, None] = {}
         roots = [
@@ -334,7 +334,7 @@ class Space:
         return list(wanted)
 
     def _near(self, p: str, edges: dict[tuple[str, str], Vec]) -> bool:
-        """Place a point beside one that has its place, if it then moves as the file says."""
+        """Locates a point relative to an existing one, if its velocity is then that of the file; whether it did."""
         s = self.sheet
         told = self._told.get(p)
         if told is not None and not told.parts and not any(b == p and a in self.points for a, b in edges):
@@ -359,7 +359,7 @@ class Space:
         return False
 
     def _massless(self, open_: Iterable[str]) -> bool:
-        """The centre of a body without mass may be anywhere: at the origin of the body, or at that of the inertial frame."""
+        """Places the centre of a massless body at the body's origin or at that of the inertial frame, because it does not matter."""
         s = self.sheet
         bodies = {
             s.bodies[b]: b for b, m in s.masses.items() if b in s.bodies and constant_value(self.names.final(m)) == 0
@@ -372,7 +372,7 @@ class Space:
         return True
 
     def _by_velocity(self, open_: Iterable[str], edges: dict[tuple[str, str], Vec]) -> bool:
-        """Give the first point that has a velocity a place of its own, which moves so."""
+        """Gives the first point that has a velocity additional coordinates, whose rates are the velocity; whether it did."""
         s = self.sheet
         told = next(((p, v) for p, v in self._told.items() if p in set(open_)), None)
         if told is None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Generalized speeds as functions of rates, from kinematical equations that give rates as functions of speeds.
 
-Of the rows rate = W u + X as many are solved for the speeds as are independent at random states, short ones first. The others become
-motion constraints, unless they hold by themselves. A speed that no row determines gets a coordinate whose rate it is.
+Of the rows rate = W u + X a maximal set that is independent at random states is solved for the speeds, short rows first. The others
+become motion constraints, unless they are identities. A speed that no row determines gets an additional coordinate, its integral.
 """
 
 from collections.abc import Iterable, Sequence
@@ -24,7 +24,7 @@ from kane.numeric.sampling import SEEDS, sample
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TurnedRates:
-    """Definitions of speeds, those of speeds that vanish as constraints, and coordinates that are further states instead."""
+    """Definitions of speeds; speeds that vanish, as constraints; and the rates of coordinates that are further states instead."""
 
     speeds: dict[Speed, Expr]
     vanishing: dict[Speed, Expr]
@@ -32,7 +32,7 @@ class TurnedRates:
 
 
 def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: Iterable[Expr]) -> TurnedRates:
-    """The kinematical equations turned round; `moving` are the expressions that place and orient what the model has."""
+    """The inverse of the kinematical equations; `moving` are the expressions in positions and orientations of the model."""
     held = set(free_symbols(moving))
     grouped = {e for group in space.groups for e in group}
     named = [q for q in names.coordinates() if q not in grouped and rate(q) in names.kinematic]
@@ -67,7 +67,7 @@ def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: I
 
 
 def _row(q: Coordinate, names: LastForm, speeds: Sequence[Speed]) -> RateRow | None:
-    """The kinematical equation of a coordinate, if it is affine in the speeds."""
+    """The kinematical equation of a coordinate, or None if it is not affine in the speeds."""
     value = names.final(names.kinematic[rate(q)])
     try:
         affine_forms([value], speeds)
@@ -77,7 +77,7 @@ def _row(q: Coordinate, names: LastForm, speeds: Sequence[Speed]) -> RateRow | N
 
 
 def _independent(rows: Sequence[RateRow], speeds: Sequence[Speed], space: Space) -> list[int]:
-    """The numbers of independent rows, those with few and constant coefficients preferred."""
+    """The indices of a maximal set of independent rows, with a preference for few and constant coefficients."""
     if not rows or not speeds:
         return []
     forms = [form for form, _ in affine_forms([r.value for r in rows], speeds)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One statement after the other: commands, assignments, masses, inertias, values."""
+"""Execution of statements: commands, assignments, masses, inertias, values."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,13 +19,13 @@ from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
 
 class Statements:
-    """One statement."""
+    """Executes statements on a sheet."""
 
     def __init__(self, reading: FileReading, seen: Outlook) -> None:
         self.r, self.sheet, self.seen = reading, reading.sheet, seen
 
     def do(self, s: Statement) -> None:
-        """Read it."""
+        """Executes one statement."""
         tree, line = s.tree, s.line
         if tree.data == "declaration":
             declare(self.r, self.seen, s, self.assign)
@@ -86,7 +86,7 @@ class Statements:
             self.sheet.masses[name] = mass
 
     def _constants_of(self, tree: Any) -> None:
-        """Names that are new in Mass and Inertia are constants."""
+        """Declares new names in Mass and Inertia as constants."""
         for token in tokens(tree):
             name = str(token)
             low = name.lower()
@@ -110,7 +110,7 @@ class Statements:
         self.sheet.inertias[body] = (tensor(frame or body, values), point, line)
 
     def _measure(self, a: Any, line: Line) -> Expr:
-        """A measure of inertia, which may be named on the way: IA = 5."""
+        """A moment or product of inertia, which may be defined in the statement: IA = 5."""
         if a.data == "named":
             return defined(self.r, _only(a.children[0], line), a.children[2], a.children[3], line)
         self._constants_of(a.children[0])
@@ -188,7 +188,7 @@ class Statements:
         return over(old, value, line) if op == "/=" else value
 
     def assign(self, given: str, value: Value, op: str, line: Line) -> None:
-        """name = value."""
+        """Executes name = value."""
         name = given.lower()
         self.sheet.shown.setdefault(name, given)
         if op in ("+=", "-=", "*=", "/=") and not name.startswith(("force_", "torque_")):
@@ -274,13 +274,13 @@ class Statements:
         symbol = self.sheet.symbols.get(name)
         if isinstance(value, Expr) and isinstance(symbol, Input | Parameter) and symbol is not value:
             self.sheet.late[symbol] = value
-            if name in self.sheet.given:  # its derivatives may be told, too
+            if name in self.sheet.given:  # its derivatives may be assigned too
                 return
         self.sheet.values[name] = value
 
 
 def _only(tree: Any, line: Line) -> str:
-    """The name that an expression consists of."""
+    """The name of which an expression consists."""
     names = list(tokens(tree))
     if len(names) != 1:
         raise line.refuse("a name", "an expression")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Units behind numbers: each word's factor to m, kg, s, rad, and how it is measured in the units of a file."""
+"""Units after numbers: the factor of each word to m, kg, s, rad, and the conversion to the units of a file."""
 
 import re
 from collections.abc import Sequence
@@ -40,14 +40,14 @@ _ROWS: tuple[tuple[float, Powers, str], ...] = (
     (1.0, (0, 0, -1), "hz hertz"),
 )
 UNITS = {word: (factor, powers) for factor, powers, words in _ROWS for word in words.split()}
-"""The factor of each word for a unit, and its powers of mass, length and time."""
+"""The factor of each unit word, and its powers of mass, length and time."""
 _FACTOR = re.compile(r"([*/]?)(\w+)(?:\^([+-]?[\d.]+))?")
 SI = (1.0, 1.0, 1.0)
-"""The units of mass, length and time of a file that does not say any."""
+"""The units of mass, length and time of a file without a UnitSystem."""
 
 
 def base_units(words: Sequence[str], line: Line) -> tuple[float, float, float]:
-    """What a UnitSystem line says: the units of mass, length and time."""
+    """The units of mass, length and time of a UnitSystem line."""
     base = list(SI)
     for word in words:
         factor, powers = _unit(word, line)
@@ -57,7 +57,7 @@ def base_units(words: Sequence[str], line: Line) -> tuple[float, float, float]:
 
 
 def factor_of(unit: Any, base: tuple[float, float, float], line: Line) -> float:
-    """What a number is multiplied by; words with powers are multiplied and divided from left to right."""
+    """The factor of a number with a unit; words with powers are multiplied and divided from left to right."""
     text = "".join(str(x).lower() for x in unit.children if x is not None)
     total = 1.0
     for sign, word, raised in _FACTOR.findall(text):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Vectors, dyadics and matrices of a file, by names of frames: frames may be oriented after vectors along their axes are written."""
+"""Vectors, dyadics and matrices of a file, in terms of names of frames, which may be oriented after vectors use them."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ Rows = tuple[tuple[Expr, ...], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Vec:
-    """Measure numbers by unit vector."""
+    """A vector: measure numbers by unit vector."""
 
     parts: Mapping[Axis, Expr] = field(default_factory=dict)
 
@@ -24,19 +24,19 @@ class Vec:
         return self + other.times(-ONE)
 
     def times(self, factor: Expr) -> "Vec":
-        """The vector, each measure number multiplied."""
+        """The vector times a scalar."""
         return gathered((axis, factor * x) for axis, x in self.parts.items())
 
     def map(self, f: Callable[[Expr], Expr]) -> "Vec":
-        """The vector with a function of each measure number."""
+        """The vector with a function applied to each measure number."""
         return gathered((axis, f(x)) for axis, x in self.parts.items())
 
     def within(self, frame: str) -> "Vec":
-        """What is along the axes of one frame."""
+        """The components along the axes of one frame."""
         return Vec({axis: x for axis, x in self.parts.items() if axis[0] == frame})
 
     def components(self, frame: str) -> tuple[Expr, ...]:
-        """The measure numbers along the axes of a frame, what is along others apart."""
+        """The measure numbers along the axes of a frame, ignoring components along other frames."""
         return tuple(self.parts.get((frame, k), ZERO) for k in range(3))
 
     def frames(self) -> tuple[str, ...]:
@@ -45,7 +45,7 @@ class Vec:
 
 
 def gathered(parts: Iterable[tuple[Axis, Expr]]) -> Vec:
-    """The vector of these terms: those along one unit vector are added, what vanishes is left out."""
+    """The sum of terms: those along the same unit vector are added, zeros are omitted."""
     total: dict[Axis, Expr] = {}
     for axis, x in parts:
         total[axis] = total[axis] + x if axis in total else x
@@ -59,7 +59,7 @@ def along(frame: str, components: Iterable[Expr]) -> Vec:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dyad:
-    """A sum of dyads; `unit` times the unit dyadic beside them."""
+    """A sum of dyads plus `unit` times the unit dyadic."""
 
     terms: tuple[tuple[Vec, Vec], ...] = ()
     unit: Expr = ZERO
@@ -68,28 +68,28 @@ class Dyad:
         return Dyad((*self.terms, *other.terms), self.unit + other.unit)
 
     def times(self, factor: Expr) -> "Dyad":
-        """The dyadic multiplied."""
+        """The dyadic times a scalar."""
         return Dyad(tuple((a.times(factor), b) for a, b in self.terms), self.unit * factor)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileMatrix:
-    """A matrix: rows of scalars or of vectors."""
+    """A matrix of scalars or vectors."""
 
     rows: tuple[tuple["Value", ...], ...]
 
     def flat(self) -> tuple["Value", ...]:
-        """Its entries, row by row."""
+        """Its elements in row-major order."""
         return tuple(x for row in self.rows for x in row)
 
     def map(self, f: Callable[["Value"], "Value"]) -> "FileMatrix":
-        """The matrix of a function of each entry."""
+        """The matrix with a function applied to each element."""
         return FileMatrix(tuple(tuple(map(f, row)) for row in self.rows))
 
 
 @dataclass(frozen=True, slots=True)
 class Unread:
-    """The value of what is an output and no part of the model; it may be named, and is refused where the model needs it."""
+    """The value of an output that is not read; it may be named, and is refused if the model depends on it."""
 
     why: str
 
@@ -98,7 +98,7 @@ Value = Expr | Vec | Dyad | FileMatrix | Unread
 
 
 def entries(value: Value) -> tuple[Value, ...]:
-    """The entries of a matrix; of anything else itself."""
+    """The elements of a matrix; another value as the only element."""
     return value.flat() if isinstance(value, FileMatrix) else (value,)
 
 
@@ -109,7 +109,7 @@ def product(a: Rows, b: Rows) -> Rows:
 
 
 def transposed(a: Rows) -> Rows:
-    """Rows as columns."""
+    """The transpose."""
     return tuple(zip(*a, strict=True))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Functional mock-up units: the motion in C behind the interface of FMI 3.0 or 2.0, its description, and the archive of both."""
+"""Functional mock-up units: simulation code in C with the interface of FMI 3.0 or 2.0, the model description, and the archive."""
 
 from kane.lazy_imports import offered
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kn.exchange.to_fmu`: equations as a functional mock-up unit, an archive that simulators import."""
+"""`kn.exchange.to_fmu`: export of equations as a functional mock-up unit, an archive that simulators import."""
 
 import platform
 import shutil
@@ -34,9 +34,9 @@ from kane.progress import working
 from kane.whole import exchange, path_of
 
 VERSIONS = ("3.0", "2.0")
-"""Of FMI."""
+"""Supported versions of FMI."""
 ADAPTIVE = tuple(m for m in METHODS if not INTEGRATORS[m].fixed)
-"""The integrators that co-simulation steps with."""
+"""The adaptive integrators, which co-simulation uses."""
 _COMPILERS = ("cc", "gcc", "clang")
 _OPTIONS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-fvisibility=hidden")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -44,9 +44,9 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class FMU(Attributes):
-    """The unit that was written: its `path`, the `token` that it is instantiated with, names of variables, and the `binary` in it.
+    """A unit that was written: its `path`, its instantiation `token`, the names of its variables, and the `binary` in it.
 
-    `binary` is "" where no C compiler was found: importers that compile the sources run such a unit.
+    `binary` is "" if no C compiler was found: only importers that compile the sources run such a unit.
     """
 
     path: Path
@@ -76,24 +76,24 @@ def to_fmu(
 ) -> FMU:
     """Write the equations as a functional mock-up unit (FMU), for model exchange and co-simulation; it needs no Python.
 
-    The archive holds one file of C with the equations, their derivatives and an integrator, its description, and the library for this
-    machine where there is a C compiler. Coordinates and speeds are its states and outputs, parameters are tunable, inputs are inputs.
-    Events are event indicators in model exchange; co-simulation steps to their times. Constraints are kept. Where contacts change
-    modes the unit is for co-simulation alone, and has all modes.
+    The archive contains one C file with the equations, their derivatives and an integrator, the model description, and, if there is
+    a C compiler, the library for this machine. Coordinates and speeds are states and outputs, parameters are tunable, inputs are
+    inputs. Events are event indicators in model exchange; co-simulation steps to their times. Projection keeps the constraints
+    satisfied. If contacts change modes, the unit is for co-simulation only, and contains all modes.
 
     Parameters
     ----------
     eom : Equations
     path : of the archive, `name.fmu`
-    state, q, u, states, parameters, inputs, t : the start values, as `kn.simulate` takes them; inputs begin with numbers, 0 where
-        none is given
-    outputs : expressions, vectors, matrices by name, which become outputs besides the state: reactions, energies, positions
+    state, q, u, states, parameters, inputs, t : the start values, as in `kn.simulate`; start values of inputs are numbers, 0 by
+        default
+    outputs : expressions, vectors, matrices by name that become outputs besides the state: reactions, energies, positions
     version : of FMI, "3.0" or "2.0"
-    name : the model identifier; unless told that of the file, in letters, digits and _, with "model_" where C has another use for it
+    name : the model identifier; by default the file name in letters, digits and _, prefixed with "model_" if C reserves it
     title : a description
     method : the integrator of co-simulation, an adaptive one of those of `kane emit --with-integrator`
-    tolerance : relative and absolute, of co-simulation, where the importer sets none
-    binary : whether to compile it here
+    tolerance : relative and absolute tolerance of co-simulation, unless the importer sets one
+    binary : whether to compile the library
 
     Returns
     -------
@@ -102,7 +102,7 @@ def to_fmu(
     Raises
     ------
     ProgramError
-        if a program in C cannot look after the motion: loads that jump, contacts with many modes, events that act through Python
+        if a C program cannot simulate the motion: discontinuous loads, contacts with many modes, events that act through Python
     ArgumentError
         if an option is not admissible, or two variables have one name
     ValueMissingError
@@ -141,7 +141,7 @@ def to_fmu(
 
 
 def unit_name(stem: str) -> str:
-    """The model identifier that a file's name gives: as it stands where C admits it."""
+    """The model identifier for a file name: the name itself if C permits it."""
     found = (x for x in (stem, identifier(stem), identifier(f"model {stem}")) if _is_free(x))
     return next(found, "model")
 
@@ -162,7 +162,7 @@ def _check_name(path: Path, name: str, tolerance: float) -> None:
 
 
 def _start(eom: Equations, given: State, tolerance: float) -> UnitStart:
-    """The start as `simulate` has it: dependent values solved for."""
+    """The start values as in `simulate`, with dependent values solved for."""
     parameters = parameter_values(eom.system, given.parameters)
     inputs = named_values("inputs", eom.inputs, given.inputs)
     r = {s: finite_number("start value", s.name, inputs.get(s, 0.0)) for s in eom.inputs}
@@ -177,7 +177,7 @@ def _start(eom: Equations, given: State, tolerance: float) -> UnitStart:
 
 
 def _determined(eom: Equations, start: UnitStart) -> Equations:
-    """The equations with dependent speeds that follow from the others at the start."""
+    """The equations with dependent speeds that the others determine at the start."""
     if eom.embedding is None:
         return eom
     found = eom.numeric().routine(constraint_numbers)(start.time, start.state, start.parameters, start.inputs)
@@ -186,7 +186,7 @@ def _determined(eom: Equations, start: UnitStart) -> Equations:
 
 
 def _binary_name(name: str, version: str) -> str:
-    """Where a unit has the library for this machine, or "" where the standard has no place for it."""
+    """The path in the archive of the library for this machine, "" if the standard defines none."""
     machine = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}.get(
         platform.machine(), ""
     )
@@ -200,7 +200,7 @@ def _binary_name(name: str, version: str) -> str:
 
 
 def _library(name: str, text: str) -> bytes:
-    """The shared library, compiled by the C compiler of this machine; nothing where there is none."""
+    """The shared library, compiled by the C compiler of this machine; empty if there is no compiler."""
     found = next((c for c in map(shutil.which, _COMPILERS) if c), None)
     if found is None or not _binary_name(name, "3.0"):
         return b""
@@ -219,7 +219,7 @@ def _library(name: str, text: str) -> bytes:
 
 
 def _zip(file: Path, sources: Mapping[str, str], binary: str, library: bytes) -> None:
-    """The archive: the same bytes for the same content."""
+    """Writes the archive; the same content gives the same bytes."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         files: dict[str, str | bytes] = dict(sources)
         for name, content in (files | ({binary: library} if binary else {})).items():

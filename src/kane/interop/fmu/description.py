@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from xml.etree import ElementTree as ET  # written, never read
+from xml.etree import ElementTree as ET  # only written, never parsed
 
 from kane import expect
 from kane.errors import ArgumentError, KaneError
@@ -15,12 +15,12 @@ from kane.motion.projection import is_constrained
 from kane.units.rules import parse, unit_of
 
 _NEVER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Letters that no document may hold."""
+"""Characters that XML does not permit."""
 
 
 @dataclass(frozen=True, slots=True)
 class UnitVariable:
-    """One row of the description; its value reference is its place. `state` is that of a derivative."""
+    """A variable of the description; its value reference is its index. `state` is the index of the state that it differentiates."""
 
     name: str
     causality: str
@@ -33,7 +33,7 @@ class UnitVariable:
 
 
 def variables(whole: FmuContent) -> list[UnitVariable]:
-    """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
+    """Time, states, their derivatives, parameters, inputs, outputs, event indicators, in the order of the C file."""
     eom, start = whole.equations, whole.start
     held = is_constrained(eom) and not whole.modes
     result = [UnitVariable("time", "independent", "continuous", unit="s", description="time")]
@@ -75,7 +75,7 @@ def _outputs(whole: FmuContent) -> list[UnitVariable]:
 
 
 def _units(parent: ET.Element, rows: Sequence[UnitVariable]) -> None:
-    """The definitions of the units that variables have: powers of SI units, and the factor."""
+    """Adds definitions of the variables' units: powers of SI units, and the factor."""
     names = sorted({v.unit for v in rows if v.unit})
     if not names:
         return
@@ -84,7 +84,7 @@ def _units(parent: ET.Element, rows: Sequence[UnitVariable]) -> None:
         one = ET.SubElement(group, "Unit", name=name)
         unit = parse(name)
         if any(e != int(e) for e in unit.exponents):
-            continue  # FMI has whole exponents alone
+            continue  # FMI has integer exponents only
         powers = {s: str(e) for s, e in zip(("kg", "m", "s", "A", "K", "mol", "cd"), unit.exponents, strict=True) if e}
         if re.fullmatch(r"(rad|deg)(/.*)?", name):
             powers["rad"] = "1"
@@ -98,7 +98,7 @@ def _units(parent: ET.Element, rows: Sequence[UnitVariable]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class UnitModel:
-    """What a description says of the unit as a whole."""
+    """The properties of the unit as a whole."""
 
     identifier: str
     title: str
@@ -120,7 +120,7 @@ _OWN = {"canGetAndSetFMU{0}": "true", "canSerializeFMU{0}": "true", "providesDir
 
 
 def _purposes(root: ET.Element, model: UnitModel, version: str) -> None:
-    """The elements of model exchange and co-simulation."""
+    """Adds the elements of model exchange and co-simulation."""
     three = version == "3.0"
     words = ("State", "s") if three else ("state", "")
     shared = {"modelIdentifier": model.identifier} | {k.format(*words): v for k, v in _OWN.items()}
@@ -164,7 +164,7 @@ def _middle(root: ET.Element, model: UnitModel, rows: Sequence[UnitVariable], ve
 
 
 def described(model: UnitModel, rows: Sequence[UnitVariable], version: str) -> str:
-    """`modelDescription.xml`."""
+    """The text of `modelDescription.xml`."""
     root = _begun(model, version)
     _purposes(root, model, version)
     _middle(root, model, rows, version)
@@ -204,12 +204,12 @@ def _variables(root: ET.Element, rows: Sequence[UnitVariable], version: str) -> 
             ET.SubElement(group, "Float64", said | own | ({} if v.state is None else {"derivative": str(v.state)}))
             continue
         said |= {key: own.pop(key) for key in ("initial", "description") if key in own}
-        own |= {} if v.state is None else {"derivative": str(v.state + 1)}  # places are counted from 1
+        own |= {} if v.state is None else {"derivative": str(v.state + 1)}  # indices are counted from 1
         ET.SubElement(ET.SubElement(group, "ScalarVariable", said), "Real", own)
 
 
 def built(identifier: str, version: str) -> str:
-    """`buildDescription.xml`: how the one file is compiled."""
+    """The text of `buildDescription.xml`: how to compile the source file."""
     root = ET.Element("fmiBuildDescription", fmiVersion=version)
     how = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     files = ET.SubElement(how, "SourceFileSet", language="C99")
@@ -219,7 +219,7 @@ def built(identifier: str, version: str) -> str:
 
 
 def written(root: ET.Element) -> str:
-    """A document as text; an ArgumentError for letters that none can hold."""
+    """A document as text; ArgumentError for characters that XML does not permit."""
     ET.indent(root)
     text = ET.tostring(root, encoding="unicode")
     expect.none(

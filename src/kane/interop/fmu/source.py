@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The one file of C of a functional mock-up unit: the simulator without `main`, and the functions of FMI around it."""
+"""The C source file of a functional mock-up unit: the simulator without `main`, and the functions of FMI."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -29,12 +29,12 @@ from kane.program.emit.identifiers import c_number, c_string
 from kane.program.from_expressions import Task
 
 DRIFT = 1e-9
-"""Relative to the terms of a constraint: where an importer's integrator has left it by more, the state is moved back."""
+"""Violation of a constraint, relative to its terms, beyond which the state from an importer's integrator is projected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnitStart:
-    """What a unit begins with: the state (q, u, a), parameters, inputs, the time and the tolerance of co-simulation."""
+    """The start of a unit: state (q, u, a), parameters, inputs, time and the tolerance of co-simulation."""
 
     state: Array
     parameters: Array
@@ -45,7 +45,7 @@ class UnitStart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FmuContent:
-    """What a unit is made of: equations, an integrator, the start, outputs by name and what puts them, the modes of contacts."""
+    """The content of a unit: equations, integrator, start, outputs by name and the task that computes them, modes of contacts."""
 
     compiled: Compiled
     method: str
@@ -56,17 +56,17 @@ class FmuContent:
 
     @property
     def equations(self) -> Equations:
-        """Its equations."""
+        """The equations of motion."""
         return cast(Equations, self.compiled.equations)
 
     @property
     def events(self) -> Sequence[Event]:
-        """Those that are indicators: of contacts none is."""
+        """The events with indicators; none if there are contact modes."""
         return () if self.modes else self.equations.events
 
 
 def unit_of(eom: Equations, name: str, method: str, start: UnitStart, outputs: Mapping[str, Any] | None) -> FmuContent:
-    """The unit of equations; of contacts that change modes with all of them."""
+    """The content of a unit; if contacts change modes, with all modes."""
     if not eom.system.modes_change:
         compiled = eom.compile(name=name, outputs=outputs)
         return FmuContent(compiled, method, start, {}, compiled.bundle.task if compiled.bundle else None, [])
@@ -76,13 +76,13 @@ def unit_of(eom: Equations, name: str, method: str, start: UnitStart, outputs: M
 
 
 def _put_in(eom: Equations, mode: ModeOfProgram, outputs: Mapping[str, Any]) -> Task | None:
-    """What puts the outputs in a mode of contacts."""
+    """The task that computes the outputs in a mode of contacts."""
     bundle = output_bundle(mode.equations.solved, outputs, partial(in_mode, eom.system.contacts, mode.modes))
     return bundle.task if bundle else None
 
 
 def source(unit: FmuContent, version: str) -> tuple[str, str]:
-    """The text and its token, which a unit is instantiated with: the digest of all the rest."""
+    """The C source and the instantiation token, a digest of the source."""
     eom, compiled, ending = unit.equations, unit.compiled, _ending(unit, version)
     if unit.modes:
         wanted = [mode.modes for mode in unit.modes]
@@ -100,7 +100,7 @@ def _tasks_of(unit: FmuContent, mode: ModeOfProgram) -> list[Task]:
 
 
 def _named(text: str, name: str) -> tuple[str, str]:
-    """The whole text and its token."""
+    """The C source with its token, and the token."""
     text = _head(text, name)
     token = sha256(text.encode()).hexdigest()[:32]
     token = "-".join((token[:8], token[8:12], token[12:16], token[16:20], token[20:]))
@@ -108,7 +108,7 @@ def _named(text: str, name: str) -> tuple[str, str]:
 
 
 def _check_actions(eom: Equations) -> None:
-    """Events set what an importer may have changed, the state of systems without constraints, and nothing else."""
+    """Raises unless events set only states of a system without constraints, which an importer lets a unit set."""
     wrong = {
         eom.events[k].name for k, place, _ in values_set(eom) if is_constrained(eom) or not 0 <= place < len(eom.state)
     }
@@ -120,7 +120,7 @@ def _check_actions(eom: Equations) -> None:
 
 
 def _head(text: str, name: str) -> str:
-    """The simulator without `main`, its samples few."""
+    """The simulator without `main`, with few samples."""
     caps = name.upper()
     return f"#define {caps}_NO_MAIN\n#define {caps}_SAMPLES 2 /* of one step */\n{text}"
 
@@ -138,7 +138,7 @@ def _output_slopes(compiled: Compiled) -> list[Task]:
 
 
 def _ending(unit: FmuContent, version: str) -> str:
-    """The functions of FMI with what they call; marks that the simulator has too are left to it."""
+    """The functions of FMI and their helpers; placeholders shared with the simulator are replaced there."""
     eom, start = unit.equations, unit.start
     held, acting, stepped = is_constrained(eom) and not unit.modes, bool(values_set(eom)), bool(unit.modes)
     outputs = len(unit.put.roots) if unit.put else 0
@@ -177,7 +177,7 @@ def _ending(unit: FmuContent, version: str) -> str:
 
 
 def _constraint_counts(eom: Equations) -> dict[str, str]:
-    """Counts of the constraints."""
+    """The numbers of constraints."""
     given = structure(eom, len(eom.state) + 1)
     return {
         "@CHOSEN@": str(given["held_chosen"]),
@@ -205,7 +205,7 @@ _HEADS = {
     "noted": "bool {}(unit *i, int said)",
     "settled": "bool {}(unit *i)",
 }
-"""What the functions of FMI call, whether there is such a thing or not."""
+"""The signatures of functions that the FMI functions call in every unit."""
 
 
 def _functions(bodies: Mapping[str, Sequence[str]]) -> str:
@@ -217,7 +217,7 @@ def _functions(bodies: Mapping[str, Sequence[str]]) -> str:
 
 
 def _looks(unit: FmuContent) -> str:
-    """What is done about events: those that have indicators, those of contacts, or none."""
+    """The treatment of events: with indicators, of contacts, or none."""
     if unit.modes:
         return _template("unwatched") + _template("contacts")
     as_it_is = {"settled": [*_unused("i"), "return true;"]}
@@ -227,7 +227,7 @@ def _looks(unit: FmuContent) -> str:
 
 
 def _aliases(held: bool, outputs: bool, inputs: bool) -> str:
-    """The routines as the functions of FMI call them."""
+    """The routines under the names that the functions of FMI use."""
     rates = "rates" if held else "@NAME@_rates"
     jac = [f"@NAME@_jac({_GIVEN}, jac);"]
     jac.append(f"@NAME@_jac_inputs({_GIVEN}, by_inputs);" if inputs else "(void)by_inputs;")
@@ -243,7 +243,7 @@ def _aliases(held: bool, outputs: bool, inputs: bool) -> str:
 
 
 def _in_modes(outputs: bool) -> str:
-    """The routines of the mode at hand."""
+    """The routines of the current mode."""
     mode = "const mode_row *const at = &mode_rows[(int64_t)at_calls[0]];"
     own = "t, m->y, &at_ps[(int64_t)at_calls[0] * PARAMETERS_OF], m->r, at_mode_h, out"
     return _functions(
@@ -268,11 +268,11 @@ _TYPES = {
     ),
     "2.0": (("Integer", "int"), ("Boolean", "fmi2_boolean"), ("String", "char *")),
 }  # fmt: skip
-"""Types of which there are no variables, by version: as functions name them, and in C."""
+"""Types without variables, by version: in names of functions, and in C."""
 
 
 def _others(version: str) -> str:
-    """The functions of variables of other types."""
+    """The functions for variables of other types."""
     fmi = f"fmi{version[0]}"
     counted = ", size_t numbers_given" if version == "3.0" else ""
     texts = []
@@ -298,7 +298,7 @@ _CLOCKS = {
     "SetShiftDecimal": "const double shifts[]",
     "SetShiftFraction": "const uint64_t counters[], const uint64_t resolutions[]",
 }
-"""Functions of clocks, of which there are none."""
+"""Functions for clocks, which units do not have."""
 
 
 def _clocks() -> str:

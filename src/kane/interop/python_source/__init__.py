@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Systems as Python files that declare them: what `kane convert` writes."""
+"""Export of systems as Python source, as `kane convert` writes it."""

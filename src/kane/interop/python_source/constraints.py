@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Constraints as calls of the functions that make them.
 
-Which function made a group of constraints is not recorded: each that could have made it is called, and taken where what it makes is
-the same, field by field. What none makes is written as the record that it is.
+A system does not record which function made a group of constraints: each candidate is called, and accepted if its result is identical,
+field by field. Other constraints are written as records.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ _CLOSURES: tuple[tuple[Callable[..., Constraints], str | None], ...] = (
     (close_cylindrical, "axis"),
     (close_planar, "normal"),
 )
-"""What closes a loop and means one orientation, with the keyword of its axis."""
+"""Functions that close a loop on one branch, with the keyword of their axis."""
 _LONGEST = 6
-"""Constraints of a closure at most."""
+"""The maximum number of constraints of a closure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Constraints that one call makes: its function, the points and frames that it is given, and what stands after them."""
+    """The constraints that one call makes: the function, its points and frames, and its further arguments."""
 
     function: str
     constraints: Constraints
@@ -58,12 +58,12 @@ class Group:
 
     @property
     def name(self) -> str:
-        """What it may be called."""
+        """A name for the group."""
         return _stem(self.constraints[0].name, len(self.constraints))
 
     @property
     def single(self) -> bool:
-        """Whether the call gives a constraint, and no tuple of them."""
+        """Whether the call returns one constraint instead of a tuple."""
         return self.function in (
             "Constraint",
             "distance",
@@ -74,7 +74,7 @@ class Group:
 
 
 def groups(constraints: Sequence[Constraint]) -> Iterator[Group]:
-    """The constraints in the order in which they stand, as calls."""
+    """The constraints, in order, as calls."""
     rest = list(constraints)
     while rest:
         group = next(_candidates(rest))
@@ -96,7 +96,7 @@ def _candidates(rest: Sequence[Constraint]) -> Iterator[Group]:
 
 
 def _called(some: Constraints) -> Iterator[Group]:
-    """Those of the functions that make exactly these constraints."""
+    """Candidate calls, other than closures, that make exactly these constraints."""
     name = _stem(some[0].name, len(some))
     if not all(c.forces or c.torques for c in some) or any(a.kind != b.kind for a, b in pairwise(some)):
         return
@@ -132,7 +132,7 @@ def _called(some: Constraints) -> Iterator[Group]:
 
 
 def _closures(rest: Sequence[Constraint]) -> Iterator[Group]:
-    """Those of `kn.close_…` that mean an orientation, by an axis of the parent where they have one, and make what comes first here."""
+    """Calls of `kn.close_…` that make the first constraints of `rest`, with an axis of the parent where needed."""
     turned = next((c for c in rest[:_LONGEST] if c.branch is not None), None)
     if turned is None or turned.branch is None or not rest[0].forces:
         return
@@ -160,7 +160,7 @@ def _makes(make: Callable[[], Any], wanted: Constraints) -> bool:
 
 
 def same_constraint(a: Constraint, b: Constraint, partner: Mapping[Point, Point] = MappingProxyType({})) -> bool:
-    """Whether both are the same, field by field, where points of the first stand for their partners."""
+    """Whether two constraints are identical, field by field, if `partner` maps points of the first to those of the second."""
     plain = a.name == b.name and a.kind == b.kind and a.unit == b.unit and a.expr is b.expr and a.own is b.own
     normals = ([] if c.normal is None else [c.normal] for c in (a, b))
     acting: tuple[list[tuple[Point | Frame, Vector]], ...] = tuple([*c.forces, *c.torques] for c in (a, b))
@@ -178,18 +178,18 @@ def _same_branch(a: ClosureBranch | None, b: ClosureBranch | None) -> bool:
 
 
 def _stem(name: str, count: int) -> str:
-    """The name of a group after that of its first constraint."""
+    """The name of a group, from that of its first constraint."""
     mark = {1: "", 3: " x"}.get(count, " 1")
     return name.removesuffix(mark) if mark else name
 
 
 def _divisor(v: Vector) -> Expr | None:
-    """L of a vector r/L."""
+    """L of a vector of the form r/L."""
     return next((x.args[1] for _, triple in v.parts for x in triple if x.op is DIV), None)
 
 
 def _factors(c: Constraint) -> tuple[Vector, Vector] | None:
-    """Axes a and b of frames with a·b and torques along a × b, where they are unit vectors of the frames' own."""
+    """Axes a and b of frames with a·b and torques along a × b, if they are unit vectors of the frames."""
     (left, _), (right, _) = c.torques
     for a in (left.x, left.y, left.z):
         for b in (right.x, right.y, right.z):

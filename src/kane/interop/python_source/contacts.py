@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contacts as calls of the functions that make them: where bodies touch, then the laws.
+"""Contacts as calls of the functions that make them: first the contact geometry, then the laws.
 
-Which function made a place or a law is not recorded: each that could have is called, and taken where what it makes is the same, as
-with constraints. A place that none makes is written as the record that it is.
+A system does not record which function made a contact or law: each candidate is called, and accepted if its result is identical, as
+for constraints. Other contacts are written as records.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from kane.space.vector import Vector
 
 
 class Made(NamedTuple):
-    """A call: its function, and what it is given in order and by name."""
+    """A call: the function, its positional and its keyword arguments."""
 
     function: str
     given: tuple[Any, ...]
@@ -36,7 +36,7 @@ class Made(NamedTuple):
 
 
 class OfSpeed(NamedTuple):
-    """A coefficient as a function of the speed of slip."""
+    """A friction coefficient as a function of the slip speed."""
 
     speed: Parameter
     size: Expr
@@ -50,7 +50,7 @@ class OfSpeed(NamedTuple):
 
 
 def place_call(place: Contact) -> Made:
-    """The function that made a place of contact, or the record itself."""
+    """The call that makes a contact, or its record."""
     for make, given, named in _place_constructors(place):
         for more in _directions(place) if "normal" in named else [{}]:
             try:
@@ -64,7 +64,7 @@ def place_call(place: Contact) -> Made:
 
 
 def new_points(place: Contact) -> Iterator[tuple[Point, str]]:
-    """The points that are made with a place, and the names by which it has them."""
+    """The points that a contact's call creates, with the names of its attributes for them."""
     made = place_call(place)
     if made.function == "Contact":
         return
@@ -78,7 +78,7 @@ Try = tuple[Callable[..., Contact], tuple[Any, ...], dict[str, Any]]
 
 
 def _place_constructors(place: Contact) -> Iterator[Try]:
-    """What may have made a place, but for directions in the plane."""
+    """Candidate calls of a contact, without directions in the plane."""
     particle, ground, (_, (plane, _)) = place.particle, place.ground, place.height.forces
     flat = {"normal": place.normal}
     if place.point is particle:
@@ -105,14 +105,14 @@ def _place_constructors(place: Contact) -> Iterator[Try]:
 
 
 def _lengths(among: Sequence[Expr]) -> list[Expr]:
-    """Parameters and numbers, and what is made of them, in expressions; zero at the end."""
+    """Constant subexpressions (of parameters and numbers) of expressions, and zero."""
     moving = (Coordinate, Rate, Speed)
     kept = [e for e in postorder(tuple(among)) if not any(isinstance(s, moving) for s in free_symbols([e]))]
     return [*dict.fromkeys(reversed(kept)), ZERO]
 
 
 def _over(v: Vector, length: Expr) -> Vector | None:
-    """The vector of which this is a product with a length, where it is one."""
+    """The vector that gives `v` when multiplied by a length; None if `v` is not such a product."""
     frames = ((f, triple) for f, triple in v.parts if isinstance(f, Frame))
     terms = [(unit, x) for f, triple in frames for unit, x in zip((f.x, f.y, f.z), triple, strict=True)]
     result = Vector()
@@ -127,7 +127,7 @@ def _over(v: Vector, length: Expr) -> Vector | None:
 
 
 def _directions(place: Contact) -> Iterator[dict[str, Vector]]:
-    """What a place may be told of directions in its plane, with the velocity of its surface; the ground's own is in it, too."""
+    """Candidate directions in the contact plane and velocities of its surface, which include that of the ground."""
     ways = [c.forces[0][1] for c in place.rolling]
     running = Vector()
     for c, way in zip(place.rolling, ways, strict=True):
@@ -137,7 +137,7 @@ def _directions(place: Contact) -> Iterator[dict[str, Vector]]:
 
 
 def _alike(made: Contact, place: Contact) -> bool:
-    """Whether two places are the same but for the points that their functions make."""
+    """Whether two contacts are identical, except for the points that their functions create."""
     points = [(made.point, place.point), (made.particle, place.particle), (made.ground, place.ground)]
     partner = {a: b for a, b in points if a is not None and b is not None}
     rows = [(made.height, place.height), *zip(made.rolling, place.rolling, strict=False)]
@@ -160,7 +160,7 @@ def _alike_points(a: Point | None, b: Point | None) -> bool:
 
 
 def law_call(c: ContactLaw, joints: Sequence[Joint]) -> Made | None:
-    """The function that made a law, with its numbers; None where none did."""
+    """The call that makes a law, with its parameters; None if no function makes it."""
     if c.place is not None:
         mu = () if c.kinetic is ZERO else (_kinetic(c),)
         return Made("contact", (c.place, *mu), {**_numbers(c), **_pressed(c), **_name(c, c.place.name)})
@@ -178,7 +178,7 @@ LawTry = tuple[Callable[..., ContactLaw], tuple[Any, ...], dict[str, Any]]
 
 
 def _laws(c: ContactLaw, joints: Sequence[Joint]) -> Iterator[LawTry]:
-    """What may have made a law of no place."""
+    """Candidate calls of a law, without the contact."""
     row, numbers = next(iter(c.rows), None), _numbers(c)
     if row is None or (c.gap is not None and c.slips):
         return
@@ -205,7 +205,7 @@ def _kinetic(c: ContactLaw) -> Expr | OfSpeed:
 
 
 def _numbers(c: ContactLaw) -> dict[str, Any]:
-    """What a law is given by name, where it is not what it is without."""
+    """The keyword arguments of a law that differ from their defaults."""
     usual = {
         "static": (c.static, c.kinetic_at(ZERO)),
         "viscous": (c.viscous, ZERO),

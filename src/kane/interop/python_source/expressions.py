@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expressions and vectors as Python text that makes the same nodes again.
+"""Expressions and vectors as Python text that recreates the same nodes.
 
-The text follows the graph, one operator a node: what it makes when it runs has the operations of what was written. Where something
-long is used several times it gets a name, Z1, Z2, …, assigned before it is used.
+The text follows the graph, one operator per node: executing it performs the same operations. Long shared subexpressions are assigned
+to names Z1, Z2, … before their use.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from kane.interop.python_source.layout import call
 from kane.space.vector import Parts, Vector
 
 WORTH = 6
-"""Operations that a shared subexpression needs to get a name."""
+"""The minimum number of operations of a shared subexpression that is assigned to a name."""
 DEEP = 20
-"""Nesting beyond which a subexpression gets a name though it is used once."""
+"""The nesting depth beyond which a subexpression is assigned to a name even if it is used once."""
 _SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
-"""How firmly operators hold together in Python, loosest first."""
+"""Precedence of operators in Python, lowest first."""
 _BINARY = {ADD: (" + ", _SUM), SUB: (" - ", _SUM), MUL: (" * ", _PRODUCT), DIV: (" / ", _PRODUCT)}
 _FUNCTIONS = frozenset(
     (
@@ -42,7 +42,7 @@ Text = tuple[str, int]
 
 
 class ObjectNames:
-    """Python names, one for each object that was given a name; equal names of different objects are told apart."""
+    """Python names, one for each named object; equal names of different objects are made distinct."""
 
     def __init__(self) -> None:
         self._by_object: dict[int, str] = {}
@@ -50,15 +50,15 @@ class ObjectNames:
         self._names = FreeNames(_TAKEN)
 
     def give(self, item: object, wanted: str, kind: str) -> str:
-        """The name of a new object: as wanted where that is a free identifier, else with what `kind` it is of."""
+        """The name of a new object: `wanted` if it is a free identifier, else with `kind` appended."""
         name = self._names.identifier("".join(_MARKS.get(c, c) for c in wanted), kind)
         self.alias(item, name)
         return name
 
     def alias(self, item: object, text: str) -> None:
-        """An object that is reached by this text, and has no name."""
+        """Records the text that refers to an object without a name."""
         self._by_object[id(item)] = text
-        self._kept.append(item)  # an id is an object's as long as it lives
+        self._kept.append(item)  # keeps the object alive, because an id is unique only during its lifetime
 
     def __getitem__(self, item: object) -> str:
         return self._by_object[id(item)]
@@ -70,7 +70,7 @@ class ObjectNames:
 class Expressions:
     """Writes expressions.
 
-    `define` is called with name and text of what has to be assigned before, `owner` with a symbol that has no name yet.
+    `define` is called with the name and text of an assignment that must precede, `owner` with a symbol that has no name yet.
     """
 
     def __init__(
@@ -82,15 +82,15 @@ class Expressions:
     ) -> None:
         self.names, self.define, self.owner = names, define, owner
         self.quasi: dict[Symbol, str] = {}
-        """How to write the quasi-rates of Euler parameters."""
+        """The text of quasi-rates of Euler parameters."""
         self.asked: list[Expr] = []
-        """What was written, in this order."""
+        """The expressions written, in order."""
         self._shared = frozenset(shared)
         self._texts: dict[Expr, Text] = {}
         self._count = 0
 
     def __call__(self, e: Expr, least: int = _SUM) -> str:
-        """The text of `e`, in brackets where it holds together less firmly than `least`."""
+        """The text of `e`, in brackets if its precedence is lower than `least`."""
         (e,) = unguarded((e,))
         self.asked.append(e)
         for node in postorder((e,)):
@@ -136,7 +136,7 @@ class Expressions:
         return f"kn.{op.name}({', '.join(texts[a][0] for a in node.args)})", _ATOM
 
     def _table(self, table: Table, order: int) -> str:
-        """The name of a table, which is written before, or its derivative."""
+        """The name of a table, which is defined first, or of its derivative."""
         op = table.op
         if op not in self.names:
             named = {"name": op.label, "unit": op.unit, "of": op.of}
@@ -147,7 +147,7 @@ class Expressions:
         return self.names[op] + (f".derivative({order})" if order else "")
 
     def _part(self, node: Expr) -> Text | None:
-        """The product of a fraction n/d and another factor as n*x/d, where that makes the same node."""
+        """The product of a fraction n/d and another factor as n*x/d, if that makes the same node."""
         a, b = node.args
         value = number_of(a) if a.op is CONST else 0
         if not isinstance(value, Fraction) or value.denominator == 1:
@@ -174,7 +174,7 @@ class Expressions:
         raise ModelError(f"Expected symbols that the system declares, got {s} ({type(s).__name__}).")
 
     def vector(self, v: Vector, least: int = _SUM) -> str:
-        """The sum of measure numbers along unit vectors."""
+        """The sum of measure numbers times unit vectors."""
         text = ""
         for unit, x in _terms(v.parts, self.names):
             minus = x.op is NEG or (x.op is CONST and number_of(x) < 0)
@@ -193,7 +193,7 @@ def _terms(parts: Parts, names: ObjectNames) -> Iterable[tuple[str, Expr]]:
 
 
 def literal(value: object) -> str:
-    """A value as Python writes it, texts in double quotes."""
+    """A value as a Python literal, strings in double quotes."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     return repr(value)
@@ -215,7 +215,7 @@ def _number(value: Number) -> Text:
 
 
 def same(first: Iterable[object], second: Iterable[object]) -> bool:
-    """Whether both hold the same objects in the same order."""
+    """Whether both contain the same objects in the same order."""
     a, b = list(first), list(second)
     return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
 
@@ -226,7 +226,7 @@ def same_vectors(first: Iterable[Vector], second: Iterable[Vector]) -> bool:
 
 
 def shared_among(asked: Iterable[Expr]) -> tuple[Expr, ...]:
-    """What is used more than once, or lies deep, and is long enough for a name of its own."""
+    """The subexpressions to assign to names: those used more than once and long enough, and deeply nested ones."""
     roots = tuple(asked)
     order = postorder(roots)
     uses: dict[Expr, int] = dict.fromkeys(order, 0)

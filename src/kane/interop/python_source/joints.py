@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints as calls of the functions that make them: a row of the table a kind."""
+"""Joints as calls of the functions that make them, in a table by kind."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 WIDTH = 118
-"""Columns of a line."""
+"""The maximum line length."""
 INDENT = "    "
 
 
@@ -23,11 +23,11 @@ def wrapped(text: str) -> Iterator[str]:
 
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[()\[\]{}]| [+-] |, ?|[^"()\[\]{},]+?(?= [+-] |["()\[\]{},]|$)')
-"""A text, a bracket, a sign or comma at which a line may end, and what stands between."""
+"""A string, a bracket, a sign or comma at which a line may end, or the text between."""
 
 
 def folded(statement: str) -> str:
-    """A statement with lines of at most `WIDTH` columns where it has commas and signs in brackets to break at."""
+    """A statement broken at commas and signs in brackets into lines of at most `WIDTH` columns."""
     width = WIDTH - len(INDENT)
     if all(len(line) <= width for line in statement.split("\n")):
         return statement
@@ -49,7 +49,7 @@ def folded(statement: str) -> str:
 
 
 def _chunks(line: str, depth: int) -> tuple[list[str], int]:
-    """What stands between places where a line may end, and how many brackets are open after it."""
+    """The parts between possible line ends, and the number of brackets open at the end."""
     chunks = [""]
     for token in _TOKEN.findall(line):
         if token in (" + ", " - ") and depth:
@@ -63,7 +63,7 @@ def _chunks(line: str, depth: int) -> tuple[list[str], int]:
 
 
 def call(function: str, arguments: Sequence[str]) -> str:
-    """A call in one line where that fits, else an argument a line."""
+    """A call in one line if it fits, else one argument per line."""
     line = f"{function}({', '.join(arguments)})"
     if len(line) + len(INDENT) <= WIDTH and "\n" not in line:
         return line
@@ -72,7 +72,7 @@ def call(function: str, arguments: Sequence[str]) -> str:
 
 
 def listed(items: Sequence[str], brackets: str = "[]") -> str:
-    """Items in brackets, one a line where they do not fit in one."""
+    """Items in brackets, in one line if they fit, else one per line."""
     line = ", ".join(items)
     comma = "," if brackets == "()" and len(items) == 1 else ""
     if len(line) + 2 * len(INDENT) + 16 <= WIDTH and "\n" not in line:

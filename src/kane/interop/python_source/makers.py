@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Inertias of solids and loads of friction as calls of the functions that make them, where the call makes the same record."""
+"""Inertias of solids and friction loads as calls of the functions that make them, if the call makes the same record."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kane.space.vector import Dyadic, Vector
 
 
 def solid_call(dyadic: Dyadic, mass: Expr) -> tuple[str, Frame, dict[str, Any]] | None:
-    """The name of the function, the frame, and its other arguments by name; None where no function makes this inertia."""
+    """The name of the function, the frame, and the keyword arguments; None if no function makes this inertia."""
     if not isinstance(dyadic, Inertia):
         return None
     shape = dyadic.shape
@@ -49,7 +49,7 @@ class WrittenFriction(NamedTuple):
 
 
 def friction_call(load: Load) -> WrittenFriction | None:
-    """What `kn.friction` was given; None where a coefficient is no parameter, or something else made the load."""
+    """The arguments of `kn.friction` that make a load; None if a coefficient is not a parameter or `kn.friction` did not make it."""
     slip = load.slip
     if slip is None or len(slip.presses) != 1 or load.torques or not 1 <= len(load.forces) <= 2:
         return None
@@ -64,7 +64,7 @@ def friction_call(load: Load) -> WrittenFriction | None:
 
 
 def pair_of(load: Load) -> tuple[str, tuple[Point | Frame, Vector], tuple[Point | Frame, Vector]] | None:
-    """A force or torque with its opposite elsewhere, and the function that makes both; None of any other load."""
+    """A force or torque with its opposite elsewhere, and the function that makes both; None for other loads."""
     pairs: Sequence[tuple[Point | Frame, Vector]] = load.forces or load.torques
     if load.potential is not None or len(load.forces) + len(load.torques) != 2 or len(pairs) != 2:
         return None

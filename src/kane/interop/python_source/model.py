@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A system as the Python file that declares it: symbols, frames and points, bodies, constraints, loads, then `kn.System(…)`.
+"""A system as a Python file that declares it: symbols, frames and points, bodies, constraints, loads, then `kn.System(…)`.
 
-What the file makes when it runs has the same equations, with the same operations: names, units, defaults and descriptions are kept.
-Points and frames are written in the order of the tree, joints as calls of the functions that made them.
+Executing the file gives the same equations, with the same operations; names, units, defaults and descriptions are kept. Points and
+frames are written in the order of the tree, joints as calls of the functions that made them.
 """
 
 from __future__ import annotations
@@ -42,22 +42,22 @@ def to_python(
     span: tuple[float, float] | None = None,
     remarks: Iterable[str] = (),
 ) -> str:
-    """The text of a file with `system()`, which returns the system, and `START`, values for a motion's start.
+    """Return the text of a Python file with `system()`, which returns the system, and `START`, start values of motions.
 
     Parameters
     ----------
     system : the system
-    title : a line that says what it is
-    start : numbers and guesses by name under "q", "u", "parameters", …, as `kane simulate` takes them
-    span : when a motion begins and ends, which becomes `SPAN`
-    remarks : lines of a comment at the head: what was read, what was inferred
+    title : a one-line description
+    start : numbers and guesses by name under "q", "u", "parameters", …, as in `kane simulate`
+    span : start and end time of motions, which become `SPAN`
+    remarks : lines of a comment at the head of the file, such as the remarks of an import
 
     Raises
     ------
     ModelError
-        if the system holds what is only known to the file that declares it: beams, functions as actions, ropes round drums
+        if the system contains objects that cannot be written: beams, Python functions as actions, ropes around drums
     SimulationError
-        if a start value is no finite number
+        if a start value is not a finite number
     """
     expect.instance(system, System, "a System to write as Python")
     first = _Writer(system, ())
@@ -90,7 +90,7 @@ def _value(name: str, x: Any) -> str:
 
 
 class _Writer:
-    """The lines of the body of `system()`, written as they are needed."""
+    """Writes the body of `system()`; objects are written on first use."""
 
     def __init__(self, system: System, shared: Iterable[Expr]) -> None:
         self.system = system
@@ -159,7 +159,7 @@ class _Writer:
             self.point(point)
 
     def frame(self, frame: Frame) -> str:
-        """The name of a frame, which is written before."""
+        """The name of a frame, which is written first if necessary."""
         line = [frame]
         while line[-1] not in self.names and line[-1].parent is not None:
             line.append(line[-1].parent)
@@ -204,7 +204,7 @@ class _Writer:
             self.text.quasi[s] = f"{of}.dot({self.names[f]}.{axis})"
 
     def _make_owner(self, s: Symbol) -> None:
-        """Write the joint that makes a symbol: what turns with a joint, such as a rotor, may come before it."""
+        """Writes the joint that makes a symbol; objects that rotate with a joint, such as a rotor, may precede it."""
         owner = next((j for j in self.system.joints if s in j.named and j not in self.names), None)
         if owner is not None:
             self._make_joint(owner)
@@ -225,7 +225,7 @@ class _Writer:
         self._know_quasi(j.frame)
 
     def point(self, point: Point) -> str:
-        """The name of a point, which is written before."""
+        """The name of a point, which is written first if necessary."""
         line, others = [point], {*self._made, *self._touching}
         while line[-1] not in self.names and line[-1].parent is not None and id(line[-1]) not in others:
             line.append(line[-1].parent)
@@ -251,7 +251,7 @@ class _Writer:
         self._assign(self.names.give(p, p.name, "point"), text)
 
     def vector(self, v: Vector) -> str:
-        """A vector, whose frames are written before."""
+        """A vector, whose frames are written first if necessary."""
         for f, _ in v.parts:
             assert isinstance(f, Frame)
             self.frame(f)
@@ -333,7 +333,7 @@ class _Writer:
                 self.names.alias(force, f"{name}.friction_forces[{k}]")
 
     def _place(self, place: Contact) -> str:
-        """The name of a place of contact, which is written before, with its points."""
+        """The name of a contact, which is written first with its points if necessary."""
         if place not in self.names:
             text = self._call(place_call(place), "kn.joints")
             name = self.names.give(place, place.name, "place")
@@ -350,7 +350,7 @@ class _Writer:
         return next((write(self, x) for kind, write in _ARGUMENTS if isinstance(x, kind)), literal(x))
 
     def _of_speed(self, x: OfSpeed) -> str:
-        """What stands in a function is written whole: names of parts are assigned outside of it."""
+        """The text of a coefficient function, without names of subexpressions, which would be assigned outside of it."""
         v = self.names.give(x.speed, "v", "slip")
         return f"lambda {v}: {Expressions(self.names, self._assign, (), self._make_owner)(x.size)}"
 
@@ -382,7 +382,7 @@ class _Writer:
         return f"kn.inertia({self.frame(home)}, {', '.join(self.text(x) for x in entries)})"
 
     def _solid(self, dyadic: Dyadic, mass: Expr) -> str:
-        """The call of the function of `kn.solids` that made an inertia, "" where another one did."""
+        """The call of the function of `kn.solids` that makes an inertia, "" if none does."""
         made_by = solid_call(dyadic, mass)
         if made_by is None:
             return ""
@@ -469,7 +469,7 @@ _ARGUMENTS: tuple[tuple[Any, Callable[[_Writer, Any], str]], ...] = (
     (Joint | ContactLaw, lambda own, x: own.names[x]),
     (tuple, lambda own, x: listed([own._argument(item) for item in x], "()")),
 )
-"""How arguments of calls are written, by their kinds; others are literals."""
+"""The text of call arguments, by type; others are literals."""
 
 
 def _tuple(items: Iterable[str]) -> str:
@@ -478,7 +478,7 @@ def _tuple(items: Iterable[str]) -> str:
 
 
 def _refuse(system: System) -> None:
-    """A ModelError for what only the file that declares it knows."""
+    """Raises ModelError for parts of a system that cannot be written."""
     checks: tuple[tuple[str, Iterable[Any], Callable[[Any], bool]], ...] = (
         ("body", system.bodies, lambda x: not isinstance(x, Particle | RigidBody)),
         ("load", system.loads, lambda x: x.slip is not None and friction_call(x) is None),

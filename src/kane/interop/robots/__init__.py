@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots as other tools describe them, URDF and MJCF: read as one record of numbers, from which one builder makes a system."""
+"""Import of robots from URDF and MJCF: each reader makes the same record of numbers, from which `build` makes a system."""

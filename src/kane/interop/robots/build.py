@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A system of a robot's record: frames and points of its links, joints, loads, constraints and contacts.
+"""A system from a robot's record: frames and points of its links, joints, loads, constraints and contacts.
 
-Coordinates are q_<joint>, speeds u_<joint>, inputs tau_<joint> and those of actuators by their names; a link's numbers are
-m_<link>, c_x_<link>, …, I_xx_<link>, ….
+Coordinates are named q_<joint>, speeds u_<joint>, inputs tau_<joint>, or as their actuators; parameters of a link are m_<link>,
+c_x_<link>, …, I_xx_<link>, ….
 """
 
 from collections.abc import Callable
@@ -24,12 +24,12 @@ from kane.space.frame import Frame, Point
 
 
 def built(robot: Robot, options: Options) -> Imported:
-    """The system of a robot, with remarks on what it is made of.
+    """The system of a robot, with remarks.
 
     Raises
     ------
     ModelError
-        if numbers are none that a body can have, or nothing moves
+        if numbers are impossible for a body, or nothing moves
     """
     expect.one_of(options.parameters, KINDS, "parameters= to be")
     for name in ("stops", "damping", "friction"):
@@ -99,7 +99,7 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
 
 
 def _start(made: Making, system: System) -> State:
-    """Where a motion may begin: at rest, undriven, joints as declared or at the next limit; guesses where constraints hold them."""
+    """A start of motions: at rest, zero inputs, joints as declared or at the nearest limit; guesses if constraints involve them."""
     free: Callable[[float], Any] = guess if system.constraints else float
     at = dict.fromkeys(system.coordinates, 0.0) | {e.coordinates[0]: 1.0 for e in system.euler_parameters}
     for name, joint in made.joints.items():

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Links as frames, points and bodies, and their joints with springs, dampers, rotors, stops and dry friction.
 
-A rotor's inertia (an armature a) is that of a disk without mass that turns by the joint's value in the ground: ½ a q̇² is its kinetic
-energy, and it takes no part in the motion of the links.
+A rotor (armature a) is the inertia of a massless disk that rotates by the joint value relative to the ground, with kinetic energy ½ a
+q̇²; it does not couple to the motion of the links.
 """
 
 from dataclasses import replace
@@ -29,7 +29,7 @@ UNITS = {"hinge": "N*m", "slide": "N"}
 
 
 def add_link(made: Making, link: RobotLink) -> None:
-    """Frame, origin, joints and body of a link."""
+    """Adds the frame, origin, joints and body of a link."""
     frame, point = made.placed(link.parent)
     name = made.identifier("links", link.name, "link", link.where)
     made.called["links"][link.name] = name
@@ -75,7 +75,7 @@ def _add_body(made: Making, link: RobotLink, name: str, frame: Frame, point: Poi
 
 
 def _check_numbers(link: RobotLink) -> None:
-    """A mass and principal moments that are not negative."""
+    """Raises if the mass or a principal moment of inertia is negative."""
     if link.mass < 0:
         raise expect.refusal(ModelError, f"a mass ≥ 0 of the link {link.name!r}", f"{link.mass:g} ({link.where})")
     low, middle, high = np.linalg.eigvalsh(link.inertia)
@@ -86,7 +86,7 @@ def _check_numbers(link: RobotLink) -> None:
 
 
 def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) -> tuple[Frame, Point]:
-    """The child of a joint, and its loads; the origin of the child is that of the parent, moved by the joint."""
+    """Adds a joint and its loads; returns the frame and origin of the child, those of the parent moved by the joint."""
     name = made.identifier("joints", move.name, "joint", move.where)
     anchor = vector(frame, move.anchor)
     at = point if anchor.is_zero else point.at(f"{name} anchor", anchor)
@@ -115,7 +115,7 @@ def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) 
 
 
 def _damping(joint: Joint, c: Expr) -> list[Load]:
-    """A torque and a force against the joint's motion; that of ball and free joints is by speeds, along the child's axes."""
+    """Damping loads of a joint; for ball and free joints in terms of the speeds, along the child's axes."""
     turn, slide = joint.angular_velocity, joint.velocity
     if joint.kind in ("ball", "free"):
         u, axes = [*joint.speeds, ZERO, ZERO, ZERO], (joint.frame.x, joint.frame.y, joint.frame.z)
@@ -129,7 +129,7 @@ def _damping(joint: Joint, c: Expr) -> list[Load]:
 
 
 def _load_joint(made: Making, move: Move, joint: Joint) -> None:
-    """Effort, spring, damper, rotor, stops and dry friction of a joint."""
+    """Adds effort, spring, damper, rotor, stops and dry friction of a joint."""
     name = joint.name
     if move.damping and made.options.damping:
         c = made.parameter(f"d_{name}", move.damping, "", f"damping of {name}")
@@ -158,7 +158,7 @@ def _load_joint(made: Making, move: Move, joint: Joint) -> None:
 
 
 def _add_rotor(made: Making, move: Move, joint: Joint) -> None:
-    """What adds an armature a to the diagonal of M."""
+    """Adds a body that contributes the armature a to the diagonal of M."""
     name = f"{joint.name} rotor"
     a = made.parameter(f"a_{joint.name}", move.armature, "", f"armature of {joint.name}")
     N, O = made.ground, made.origin
@@ -177,7 +177,7 @@ def _add_rotor(made: Making, move: Move, joint: Joint) -> None:
 
 
 def _level(made: Making) -> Vector:
-    """A direction along which gravity does no work."""
+    """A unit vector perpendicular to gravity."""
     g = made.robot.gravity
     least = np.eye(3)[int(np.argmin(np.abs(g)))]
     across = np.cross(g, np.cross(least, g)) if g.any() else least
@@ -185,7 +185,7 @@ def _level(made: Making) -> Vector:
 
 
 def add_gravity(made: Making) -> None:
-    """The acceleration of free fall, if there is any."""
+    """Adds gravity, unless it is zero."""
     g = made.robot.gravity
     size = float(np.linalg.norm(g))
     if size:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A system while it is made of a robot's record, and what all of its makers use."""
+"""The state of building a system from a robot's record, and functions that its builders share."""
 
 from dataclasses import dataclass, field
 from keyword import kwlist
@@ -25,12 +25,12 @@ from kane.space.vector import Vector
 Symbolic = Literal["none", "masses", "all"]
 KINDS = ("none", "masses", "all")
 LONGEST = 80
-"""Letters of a name that an identifier is made of."""
+"""The number of characters of a name that are kept in an identifier."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What is asked for beside the tree."""
+    """Options of the import."""
 
     parameters: Symbolic = "all"
     stops: bool = False
@@ -40,7 +40,7 @@ class Options:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Making:
-    """The system so far."""
+    """The system under construction."""
 
     robot: Robot
     options: Options
@@ -67,41 +67,41 @@ class Making:
     called: dict[str, dict[str, str]] = field(default_factory=lambda: {"links": {}, "joints": {}, "inputs": {}})
 
     def placed(self, link: int) -> tuple[Frame, Point]:
-        """Frame and origin of a link, or of the ground."""
+        """The frame and origin of a link, or of the ground."""
         return (self.ground, self.origin) if link < 0 else (self.frames[link], self.points[link])
 
     def identifier(self, of: str, name: str, what: str, where: str = "") -> str:
-        """An identifier of its own among links, joints or symbols for the thing `what` of this name; another one is said."""
+        """A unique identifier among links, joints or symbols for the object `what` of this name; a remark notes a changed name."""
         result = self.names[of].identifier(name[:LONGEST], what)
         if result != name:
             self.remarks.say("inferred", f"{what} {cut(name)!r} is called {result}", where)
         return result
 
     def parameter(self, name: str, value: float, unit: str, what: str, kinds: tuple[str, ...] = ("all",)) -> Expr:
-        """A number of the robot, as a parameter where these kinds are; one that is zero is none."""
+        """A number of the robot, as a parameter if the option `parameters` is in `kinds`; zero stays a constant."""
         if value == 0 or self.options.parameters not in kinds:
             return as_expr(float(value))
         return Parameter.declare(self.identifier("symbols", name, "parameter"), float(value), unit, what)
 
     def coordinate(self, joint: str) -> Coordinate:
-        """The coordinate of a joint that has one."""
+        """The coordinate of a joint that has exactly one."""
         return self.joints[joint].coordinates[0]
 
 
 def vector(frame: Frame, v: Array) -> Vector:
-    """The vector of these measure numbers."""
+    """The vector with these measure numbers."""
     return frame.x * float(v[0]) + frame.y * float(v[1]) + frame.z * float(v[2])
 
 
 def turned(frame: Frame, name: str, rotation: Array) -> Frame:
-    """The frame of a placement: the same one where it is not turned. What rounding leaves of a zero is one."""
+    """The frame rotated by direction cosines; `frame` itself for the identity."""
     if np.array_equal(rotation, np.eye(3)):
         return frame
     return frame.rotate_matrix(name, [[as_expr(float(x)) for x in row] for row in rotation])
 
 
 def plain(rotation: Array) -> Array:
-    """Direction cosines whose zeros, and ones, are exact."""
+    """Direction cosines with exact zeros and ones."""
     r = np.where(np.abs(rotation) <= LAST_DIGIT, 0.0, rotation)
     return np.where(np.abs(np.abs(r) - 1) <= LAST_DIGIT, np.sign(r), r)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""MJCF, MuJoCo's format: trees, closures, tendons and actuators, with what is soft in MuJoCo made exact.
+"""MJCF, MuJoCo's format: trees, closures, tendons and actuators; MuJoCo's soft constraints become exact.
 
-MuJoCo's reader resolves defaults, includes, replications and inertias of shapes; this module takes its compiled numbers. Sources:
+MuJoCo's reader resolves defaults, includes, replications and inertias of shapes; this module uses the compiled model. Sources:
 https://mujoco.readthedocs.io/en/stable/XMLreference.html and computation/index.html.
 """
 
@@ -33,7 +33,7 @@ from kane.numeric.arrays import Array
 from kane.space.attitude_formulas import cosines_of
 
 JOINTS: tuple[Kind, ...] = ("free", "ball", "slide", "hinge")
-"""By MuJoCo's numbers of them, as are the others below."""
+"""In the order of MuJoCo's enumerations, like the tuples below."""
 SHAPES = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 OBJECTS = {"body": 1, "joint": 3, "site": 6, "mesh": 7, "tendon": 18, "actuator": 19, "equality": 17}
 ARRAYS = {
@@ -45,7 +45,7 @@ ARRAYS = {
     "actuator": "actuator_trntype",
     "equality": "eq_type",
 }
-"""An array with a row for each of them."""
+"""An array with one row for each object of a kind."""
 TAGS = {
     "actuator": ("motor", "position", "velocity", "general", "damper", "intvelocity", "cylinder", "muscle", "adhesion"),
     "equality": ("connect", "weld", "joint", "tendon"),
@@ -56,9 +56,9 @@ CONNECT, WELD, JOINT, TENDON = range(4)
 RATES: Mapping[str, Literal["", "integrator", "filter"]] = MappingProxyType(
     {"NONE": "", "INTEGRATOR": "integrator", "FILTER": "filter", "FILTEREXACT": "filter"}
 )
-"""Dynamics of actuators that are read."""
+"""The supported dynamics of actuators."""
 ACTING = {"spring", "damper", "passive", "actuation", "equality", "constraint"}
-"""What acts here though an option may disable it."""
+"""Effects that the system has even if an option of the model disables them."""
 SITE_WRAP, JOINT_WRAP = 3, 1
 NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -79,7 +79,7 @@ NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
         "actuator_delay": ("actuator", "a delay"),
     }
 )
-"""Arrays of MuJoCo's model that are refused where they are not zero."""
+"""Arrays of MuJoCo's model that are refused if they are not zero."""
 
 
 def from_mjcf(
@@ -92,31 +92,31 @@ def from_mjcf(
     folder: str | Path | None = None,
     timeout: float = 60.0,
 ) -> Imported:
-    """A model of MuJoCo as a system: bodies, joints, equality constraints, tendons and actuators, without contacts.
+    """Read a MuJoCo model as a system: bodies, joints, equality constraints, tendons and actuators, without contacts.
 
-    Coordinates are q_<joint> with MuJoCo's values, and e0_<joint>, …, x_<joint>, … of ball and free joints, whose speeds are along
-    the axes of the body. Inputs have the names of actuators.
+    Coordinates q_<joint> have MuJoCo's values; those of ball and free joints are e0_<joint>, …, x_<joint>, …, with speeds along
+    the axes of the body. Inputs have the names of the actuators.
 
     Parameters
     ----------
-    source : path of the file, or its text, which then names no files
-    parameters : "all" numbers of bodies are parameters with these defaults, their "masses" alone, or "none"
+    source : path of the file, or its text, which must not name other files
+    parameters : which numbers of bodies become parameters with these defaults: "all", "masses" or "none"
     damping : whether joints are damped
     friction : whether the joints' frictionloss acts, as `kn.joints.stiction`
-    stops : whether limits are stops of joints, and ropes of tendons
-    folder : below which files may be opened, by default the model's own
-    timeout : seconds that MuJoCo may take, in a process of its own, to read it
+    stops : whether limits of joints become stops, and those of tendons ropes
+    folder : folder that must contain all files that are opened, by default the model's
+    timeout : limit in seconds for MuJoCo's reader, which runs in a separate process
 
     Returns
     -------
     Imported
-        Soft constraints of MuJoCo are exact here. `remarks` say so, and what is not read; `extras` hold "limits", "shapes",
-        "controls" (bounds of inputs, which nothing clips) and "names"
+        MuJoCo's soft constraints become exact. `remarks` list these changes and elements that are not read; `extras` contain
+        "limits", "shapes", "controls" (bounds of inputs, which are not enforced) and "names"
 
     Raises
     ------
     ModelError
-        if MuJoCo cannot read it, a file lies elsewhere, or it holds what no rigid bodies are
+        if MuJoCo cannot read it, a file is outside the folder, or it contains elements other than rigid bodies
     """
     model, root = read(source, folder, timeout)
     options = Options(parameters, stops, damping, friction)
@@ -129,18 +129,18 @@ def rotation_of(quaternion: Any) -> Array:
 
 
 class _MjcfReader:
-    """MuJoCo's arrays, read by name."""
+    """Reads MuJoCo's arrays by name."""
 
     def __init__(self, model: Any, root: Element) -> None:
         self.m, self.root, self.source = model, root, root.source
         self.remarks = Remarks()
         self.lines = {(e.tag, e.attributes["name"]): e.where for e in root.walk() if "name" in e.attributes}
         self._names: dict[str, list[str]] = {}
-        for what in OBJECTS:  # bodies before joints, which may be called after them
+        for what in OBJECTS:  # bodies before joints, which may be named after them
             self._names[what] = self._named(what)
 
     def _named(self, what: str) -> list[str]:
-        """The names of all bodies, joints, …; what has none is numbered."""
+        """The names of all objects of a kind; objects without a name are numbered."""
         result: dict[str, None] = {}
         for k in range(len(getattr(self.m, ARRAYS[what]))):
             name = mujoco().mj_id2name(self.m, OBJECTS[what], k) or self._unnamed(what, k)
@@ -157,23 +157,23 @@ class _MjcfReader:
         return own if self.m.body_jntnum[body] == 1 else f"{own}_{k - int(self.m.body_jntadr[body]) + 1}"
 
     def name(self, what: str, k: Any) -> str:
-        """The name of one of them."""
+        """The name of an object."""
         return self._names[what][int(k)]
 
     def where(self, what: str, name: str) -> str:
-        """Where an element of this name stands in the text, if there."""
+        """The position of a named element in the text, "" if it is not found."""
         tags = TAGS.get(what, (what,))
         return next((self.lines[t, name] for t in tags if (t, name) in self.lines), self.source)
 
     def refuse(self, what: str, k: int, text: str) -> None:
-        """Remark that a thing is not read."""
+        """Adds a remark that an object is not read."""
         name = self.name(what, k)
         self.remarks.say("refused", f"{what} {name!r}: {text}", self.where(what, name))
 
     # The tree ------------------------------------------------------------------------------------------------------
 
     def robot(self) -> Robot:
-        """The whole."""
+        """The robot's record."""
         m = self.m
         self._remark_world()
         links = tuple(self._link(b) for b in range(1, m.nbody))
@@ -296,7 +296,7 @@ class _MjcfReader:
     def _closure(self, k: int, kind: int, name: str, where: str) -> Closure:
         m, data = self.m, self.m.eq_data[k]
         a, b = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
-        label: Any = "connect" if kind == CONNECT or not data[10] else "weld"  # a torque scale of zero holds no turn
+        label: Any = "connect" if kind == CONNECT or not data[10] else "weld"  # torque scale 0: rotation is free
         if int(m.eq_objtype[k]) == OBJECTS["site"]:
             sides = [Placement(rotation_of(m.site_quat[s]), np.array(m.site_pos[s])) for s in (a, b)]
             a, b = int(m.site_bodyid[a]), int(m.site_bodyid[b])

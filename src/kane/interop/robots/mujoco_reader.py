@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""MJCF by MuJoCo's own reader, in a process of its own: whatever the text holds, memory and time are bounded.
+"""MJCF through MuJoCo's reader, in a separate process with bounds on memory and time.
 
-Before that the text is looked through by `xml_text`: it and what it includes, and every file that it names, lie below one folder.
+Before that `xml_text` checks the text: all files that it and its includes name must be in one folder.
 """
 
 import os
@@ -18,10 +18,10 @@ from kane.errors import ModelError, cut
 from kane.interop.robots.xml_text import Element, given, parsed
 
 MEMORY = 4 * 2**30
-"""Bytes of address space of the process that reads."""
+"""Maximum address space of the reading process in bytes."""
 INCLUDES = 100
 REFUSED = ("plugin", "flexcomp", "flex", "deformable")
-"""What has no rigid bodies, or runs code."""
+"""Elements that are not rigid bodies, or that run code."""
 _CHILD = """
 import sys
 try:
@@ -41,7 +41,7 @@ except Exception as error:
 
 
 def mujoco() -> ModuleType:
-    """The package that reads MJCF."""
+    """The mujoco package."""
     try:
         return import_module("mujoco")
     except ModuleNotFoundError as missing:
@@ -51,12 +51,12 @@ def mujoco() -> ModuleType:
 
 
 def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:
-    """MuJoCo's model, and the text as elements.
+    """MuJoCo's compiled model, and the text as elements.
 
     Raises
     ------
     ModelError
-        if a file is named that does not lie below the folder, MuJoCo cannot read the text, or that takes too long or too much
+        if a named file is outside the folder, or MuJoCo cannot read the text within the bounds on time and memory
     """
     package = mujoco()
     expect.that(expect.is_number(timeout) and timeout > 0, "timeout= as seconds above zero", timeout)
@@ -76,11 +76,11 @@ def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:
 
 
 _WEEK = 604800.0
-"""Seconds that a process is waited for at most: systems count no longer ones."""
+"""Maximum timeout in seconds; operating systems do not accept much longer ones."""
 
 
 def _run(path: Path, binary: Path, timeout: float, name: str) -> None:
-    """Let a process read the text and write MuJoCo's binary."""
+    """Runs the process that reads the text and writes MuJoCo's binary model."""
     command = [sys.executable, "-I", "-c", _CHILD.format(memory=MEMORY), str(path.absolute()), str(binary)]
     try:
         done = subprocess.run(
@@ -106,7 +106,7 @@ def _folder(path: Path | None, folder: Any) -> Path | None:
 
 
 def _check(root: Element, path: Path | None, within: Path | None) -> None:
-    """Every file that is named, includes' own too, lies below the folder; nothing runs code."""
+    """Raises if a named file, also in includes, is outside the folder, or an element runs code."""
     waiting, seen = [root], set[Path]() if path is None else {path.resolve()}
     elements: list[Element] = []
     while waiting:
@@ -130,7 +130,7 @@ def _check(root: Element, path: Path | None, within: Path | None) -> None:
 
 
 def _files(e: Element, key: str, folders: list[str], path: Path | None, within: Path | None) -> list[Path]:
-    """The files that an attribute may name, in one of these folders."""
+    """The files that an attribute may name, in any of these folders."""
     name = e.text(key)
     if path is None or within is None:
         raise e.wrong("no files in an MJCF that is given as text", cut(repr(name)), "Give the path of a file.")

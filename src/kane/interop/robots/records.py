@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot as numbers: bodies with the joints by which they move in their parents, and what ties and drives them.
+"""A robot as numbers: bodies with the joints by which they move in their parents, closures, tendons and actuators.
 
-Readers of formats make it, `build` makes a system of it. A body's placement is where it is in its parent at zero joint values; its
-joints act one after the other, each in what the one before has moved.
+Readers make this record, `build` makes a system from it. A body's placement is its pose in its parent at zero joint values; its joints
+act in sequence, each in the frame that the preceding one has moved.
 """
 
 from collections.abc import Mapping
@@ -19,12 +19,12 @@ from kane.numeric.arrays import Array
 
 Kind = Literal["hinge", "slide", "ball", "free", "planar"]
 DOFS: Mapping[str, int] = MappingProxyType({"hinge": 1, "slide": 1, "ball": 3, "free": 6, "planar": 3})
-"""Speeds of each kind of joint."""
+"""The number of speeds of each kind of joint."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """An orientation, by direction cosines, and a place, in the axes of what it is placed in."""
+    """A pose: direction cosines and a position, along the axes of the reference."""
 
     rotation: Array = field(default_factory=lambda: np.eye(3))
     offset: Array = field(default_factory=lambda: np.zeros(3))
@@ -32,10 +32,10 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Move:
-    """A joint: its axis and anchor along the body's axes, its value in the pose that is declared, and its passive properties.
+    """A joint: its axis and anchor along the body's axes, its value in the declared pose, and its passive properties.
 
-    `limits` bound the joint's value, `force_limits` what actuators exert on it together; `effort` says that it is driven by an input
-    of its own. Of a free joint the pose that is declared are its `coordinates`, Euler parameters and place.
+    `limits` bound the joint's value, `force_limits` the total effort of its actuators; `effort` gives it an input. `coordinates` are
+    the declared pose of a free joint, Euler parameters and position.
     """
 
     name: str
@@ -57,10 +57,10 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class LinkShape(Attributes):
-    """A shape to draw a link or to collide with: a box, sphere, cylinder, capsule, ellipsoid, plane or mesh.
+    """A shape to draw a link or for collisions: a box, sphere, cylinder, capsule, ellipsoid, plane or mesh.
 
-    `link` names the frame and the point `<link> origin` it is placed on. `size` is that of the source: edges of a box, radius and
-    length of a cylinder or capsule, radius of a sphere, semi-axes of an ellipsoid, factors of a mesh, whose `file` is not opened.
+    `link` names the frame and, with "<link> origin", the point of the placement. `size` is that of the source: edges of a box, radius
+    and length of a cylinder or capsule, radius of a sphere, semi-axes of an ellipsoid, factors of a mesh, whose `file` is not opened.
     """
 
     link: str
@@ -77,7 +77,7 @@ class LinkShape(Attributes):
 class RobotLink:
     """A body: in the link number `parent` (−1: the ground), moved by its joints, with mass and central inertia along its axes.
 
-    `buoyancy` is the share of its weight that is taken away.
+    `buoyancy` is the fraction of its weight that is compensated.
     """
 
     name: str
@@ -93,7 +93,7 @@ class RobotLink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Coupling:
-    """The value of a joint, or the length of a tendon, as a polynomial of another one's: y − y₀ = Σ c_k (x − x₀)^k.
+    """The value of a joint, or length of a tendon, as a polynomial of another one: y − y₀ = Σ c_k (x − x₀)^k.
 
     Without a `second` one it is y = y₀ + c₀. `zeros` are y₀ and x₀.
     """
@@ -109,7 +109,7 @@ class Coupling:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Closure:
-    """A loop: places of two links coincide ("connect"), or their orientations too ("weld")."""
+    """A loop closure: points of two links coincide ("connect"), or their poses ("weld")."""
 
     name: str
     kind: Literal["connect", "weld"]
@@ -122,9 +122,9 @@ class Closure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strand:
-    """A tendon: its length, through points of links or Σ arm·joint, within limits, with a spring and damper along it.
+    """A tendon: its length, through points of links or Σ arm·joint, its limits, and a spring and damper along it.
 
-    The spring is slack between both lengths of `rest`.
+    The spring force is zero between the two lengths `rest`.
     """
 
     name: str
@@ -158,7 +158,7 @@ class Actuation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Robot:
-    """Everything that is read, parents before their children."""
+    """The complete record, parents before their children."""
 
     name: str
     links: tuple[RobotLink, ...]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What ties and drives links beside their joints: couplings, closures of loops, tendons and actuators."""
+"""Couplings, closures of loops, tendons and actuators of a robot."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ from kane.space.frame import Point
 
 
 class Strung(NamedTuple):
-    """A tendon's length, and what pulls there: pairs of points, and joints with their arms."""
+    """A tendon's length, and where its tension acts: pairs of points, and joints with their moment arms."""
 
     length: Expr
     ends: tuple[tuple[Point, Point], ...]
@@ -33,14 +33,14 @@ class Strung(NamedTuple):
     on: Mapping[str, float]
 
     def effort(self, f: Expr, name: str) -> list[Load]:
-        """A force f that lengthens it."""
+        """The loads of a force f that lengthens it."""
         spans = [(q, p, q.position(p)) for p, q in self.ends]
         pushes = [action_reaction(q, p, r * (f / r.magnitude()), f"{name} {k}") for k, (q, p, r) in enumerate(spans, 1)]
         return [*pushes, *(on_joint(j, f * arm, f"{name} on {j.name}") for j, arm in self.arms)]
 
 
 def couple(made: Making, c: Coupling, strands: Mapping[str, Strung]) -> None:
-    """A constraint between the values of two joints or tendons, or one of one alone."""
+    """Adds a constraint between the values of two joints or tendons, or on one of them."""
     y, x = (
         ZERO if not n else made.coordinate(n) if c.what == "joint" else strands[n].length for n in (c.first, c.second)
     )
@@ -57,7 +57,7 @@ def _point(made: Making, link: int, name: str, offset: Array) -> Point:
 
 
 def close(made: Making, c: Closure) -> None:
-    """The constraints of a loop."""
+    """Adds the constraints of a loop closure."""
     name = made.identifier("joints", c.name, "closure", c.where)
     if made.carriers[c.first] == made.carriers[c.second]:
         made.remarks.say("ignored", f"the closure {c.name!r} of what does not move in each other", c.where)
@@ -76,7 +76,7 @@ def close(made: Making, c: Closure) -> None:
 
 
 def strung(made: Making, s: Strand) -> Strung:
-    """A tendon; its spring, damper and limits are made."""
+    """A tendon; adds its spring, damper and limits."""
     name = made.identifier("joints", s.name, "tendon", s.where)
     points = [_point(made, link, f"{name} {k}", offset) for k, (link, offset) in enumerate(s.points, 1)]
     ends = tuple(pairwise(points))
@@ -100,7 +100,7 @@ def strung(made: Making, s: Strand) -> Strung:
 
 
 def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
-    """An actuator's input and its effort; a position or velocity servo feeds back length and its rate."""
+    """Adds an actuator's input and effort; a position or velocity servo feeds back the length and its rate."""
     name = made.identifier("symbols", d.name, "actuator", d.where)
     control = Input.declare(name, None, "", f"actuator {name}")
     made.inputs[name] = control
@@ -129,7 +129,7 @@ def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
 
 
 def _limited_within(robot: Robot, strand: str) -> list[str]:
-    """Joints with limits of force that move some of a tendon's points and not all."""
+    """Joints with force limits that move some of a tendon's points but not all."""
     (points,) = (s.points for s in robot.strands if s.name == strand)
     moved: Counter[str] = Counter()
     for link, _ in points:
@@ -140,7 +140,7 @@ def _limited_within(robot: Robot, strand: str) -> list[str]:
 
 
 def exert(made: Making) -> None:
-    """What actuators exert on joints, together within the joints' limits."""
+    """Adds the total efforts of actuators on joints, within the joints' limits."""
     for joint, efforts in made.efforts.items():
         bounds, whole = made.moves[joint].force_limits, sum_of(efforts)
         effort = whole if bounds is None else min(max(whole, bounds[0]), bounds[1])

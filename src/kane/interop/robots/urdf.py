@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""URDF, the Unified Robot Description Format: links, joints, mimics, limits and shapes, with a reader of its own.
+"""URDF, the Unified Robot Description Format: links, joints, mimics, limits and shapes.
 
-Source: https://wiki.ros.org/urdf/XML, with the quaternions of version 1.1 (https://github.com/ros/urdfdom). A joint's origin is where
-its child link is in the parent at zero; roll, pitch and yaw are about the fixed axes x, y, z.
+Source: https://wiki.ros.org/urdf/XML, with the quaternions of version 1.1 (https://github.com/ros/urdfdom). A joint's origin is the
+pose of its child link in the parent at zero; roll, pitch and yaw are about the fixed axes x, y, z.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -39,7 +39,7 @@ PASSED = {
     "link": {"inertial", "visual", "collision"},
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"},
 }
-"""What is read."""
+"""Child elements that are read, by parent."""
 ATTRIBUTES = {
     "robot": {"name", "version"},
     "link": {"name"},
@@ -55,10 +55,10 @@ ATTRIBUTES = {
     "dynamics": {"damping", "friction"},
     "mimic": {"joint", "multiplier", "offset"},
 }
-"""What is read of each element of mechanics."""
+"""Attributes that are read, by element."""
 SLIP, SHORT_SLIP = 0.8, 0.65
-"""Likeness with which a tag, and an attribute, that is not known is taken for a slip of the pen; what is less alike is an extension,
-and ignored."""
+"""Similarity above which an unknown tag, or attribute, is taken for a misspelling of a known one; less similar ones are extensions,
+which are ignored."""
 
 
 def from_urdf(
@@ -74,33 +74,33 @@ def from_urdf(
     locked: Collection[str] = (),
     right_angles: float = RIGHT_ANGLE,
 ) -> Imported:
-    """A robot described in URDF as a system.
+    """Read a robot described in URDF as a system.
 
-    Coordinates are q_<joint>, speeds u_<joint>, efforts the inputs tau_<joint>; links are frames and bodies by their names, with the
-    point "<link> origin".
+    Coordinates are named q_<joint>, speeds u_<joint>, the inputs of efforts tau_<joint>; a link gives a frame and a body of its name
+    and the point "<link> origin".
 
     Parameters
     ----------
-    source : path of the file, or its text. Nothing else is opened: shapes name their files
-    base : the root link is fixed in the inertial frame, or moves freely in it by the joint "base"
-    parameters : "all" numbers of bodies are parameters with these defaults, their "masses" alone, or "none"
+    source : path of the file, or its text. No other file is opened: shapes only refer to files
+    base : whether the root link is fixed in the inertial frame or moves freely in it by the joint "base"
+    parameters : which numbers of bodies become parameters with these defaults: "all", "masses" or "none"
     gravity : measure numbers of the acceleration of free fall along the inertial axes, m/s²
-    efforts : whether joints of one degree of freedom that follow no other have inputs
-    damping : whether joints are damped as <dynamics> says
-    friction : whether its dry friction acts, as `kn.joints.stiction`
-    stops : whether limits of position are stops
-    locked : names of joints that stay at zero
-    right_angles : an angle of an origin so near to a multiple of π/2, rad, is that multiple
+    efforts : whether joints of one degree of freedom that do not mimic another one have inputs
+    damping : whether the damping in <dynamics> acts
+    friction : whether the dry friction in <dynamics> acts, as `kn.joints.stiction`
+    stops : whether limits of position become stops
+    locked : names of joints that are fixed at zero
+    right_angles : tolerance, rad, within which angles of origins are rounded to multiples of π/2
 
     Returns
     -------
     Imported
-        `extras` hold "limits", "efforts" and "rates" (of joints, by name), "shapes" and "names" (identifiers by names)
+        `extras` contain "limits", "efforts" and "rates" (of joints, by name), "shapes" and "names" (identifiers by names)
 
     Raises
     ------
     ModelError
-        if the text is no URDF, holds what is not known, or its links are no tree; the message names the line
+        if the text is not URDF, contains unknown elements, or its links do not form a tree; the message names the line
     """
     text, name, _ = given(source, "URDF")
     root = parsed(text, name)
@@ -173,7 +173,7 @@ class _UrdfReader:
     # The tree ------------------------------------------------------------------------------------------------------
 
     def robot(self, gravity: Array, efforts: bool) -> Robot:
-        """The whole."""
+        """The robot's record."""
         order = self._ordered()
         numbers = {name: k for k, (name, _) in enumerate(order)}
         followed = {n for n, e in self.joints.items() if e.one("mimic") is not None}
@@ -205,7 +205,7 @@ class _UrdfReader:
         return name
 
     def _ordered(self) -> list[tuple[str, Element | None]]:
-        """The links with the joints that carry them, parents first, in the order of the text."""
+        """The links with the joints that carry them, parents first, otherwise in the order of the text."""
         carried: dict[str, Element] = {}
         below: dict[str, list[Element]] = {}
         for e in self.joints.values():
@@ -233,7 +233,7 @@ class _UrdfReader:
         return order
 
     def _ring(self, carried: Mapping[str, Element]) -> str:
-        """The joints of a ring, from anywhere above which nothing but it is."""
+        """The names of the joints of a cycle."""
         here, seen = next(iter(carried)), dict[str, str]()
         while here not in seen:
             seen[here] = carried[here].text("name")
@@ -243,7 +243,7 @@ class _UrdfReader:
     # Parts ---------------------------------------------------------------------------------------------------------
 
     def _placement(self, e: Element | None) -> Placement:
-        """Of an <origin>, which may be absent."""
+        """The pose of an <origin>, which may be absent."""
         if e is None:
             return Placement()
         place = e.numbers("xyz", 3, (0, 0, 0))
@@ -258,7 +258,7 @@ class _UrdfReader:
         return Placement(plain(about[2] @ about[1] @ about[0]), place)
 
     def _cosines(self, e: Element) -> Array:
-        """Of the quaternion that files of version 1.1 may have in the place of angles, the scalar last."""
+        """The direction cosines of a quaternion (version 1.1), the scalar last."""
         x, y, z, w = e.numbers("quat_xyzw", 4)
         size = hypot(x, y, z, w)
         if "rpy" in e.attributes or not size > 0:
@@ -266,7 +266,7 @@ class _UrdfReader:
         return plain(cosines_of(np.array([w, x, y, z]) / size, unit=True))
 
     def _turn(self, angle: float) -> tuple[float, float]:
-        """Cosine and sine, exact where the angle is nearly a multiple of π/2."""
+        """Cosine and sine, exact if the angle is nearly a multiple of π/2."""
         quarter = round(angle / (pi / 2)) if abs(angle) < 1e6 else 0
         if abs(angle - quarter * pi / 2) <= self.right:
             return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
@@ -330,7 +330,7 @@ class _UrdfReader:
         return low, high
 
     def _bounds(self, which: str) -> Mapping[str, float]:
-        """Limits of effort or rate that joints have."""
+        """Limits of effort or rate, by joint."""
         limits = ((n, limit) for n, e in self.joints.items() if (limit := e.one("limit")) is not None)
         return {n: limit.number(which, infinite=True) for n, limit in limits if which in limit.attributes}
 

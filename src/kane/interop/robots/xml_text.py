@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""XML from anywhere, read in bounded time and memory, as elements that know their lines.
+"""XML from untrusted sources, parsed in bounded time and memory to elements with line numbers.
 
-Entities are refused, nothing outside the text is opened, and size, depth and number of elements are limited before anything is built
-of them.
+Entities are refused, no other file is opened, and size, depth and number of elements are limited before elements are built.
 """
 
 import math
@@ -25,14 +24,14 @@ BYTES = 32 * 2**20
 DEPTH = 300
 ELEMENTS = 200_000
 LARGEST = 1e60
-"""A number of a length, a mass, …; the products of larger ones need not be finite."""
+"""The largest number accepted for a length, a mass, …; products of larger ones could overflow."""
 WORD = 4096
-"""Letters of an attribute, of which most are names and a few numbers; longer ones are kept where nothing reads them."""
+"""The maximum length of an attribute that is read, usually a name or a few numbers; others may be longer."""
 
 
 @dataclass(slots=True, eq=False)
 class Element:
-    """An element, its line in the text and where it stands."""
+    """An element, its line in the text and its source."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -46,40 +45,40 @@ class Element:
         return f"{self.source}, line {self.line}"
 
     def all(self, tag: str) -> list["Element"]:
-        """The children of this tag."""
+        """The children with a tag."""
         return [c for c in self.children if c.tag == tag]
 
     def one(self, tag: str) -> "Element | None":
-        """The child of this tag, which may not come twice."""
+        """The child with a tag, or None; raises if there are several."""
         found = self.all(tag)
         if len(found) > 1:
             raise self.wrong(f"one <{tag}> in <{self.tag}>", f"another one in line {found[1].line}")
         return found[0] if found else None
 
     def walk(self) -> Iterator["Element"]:
-        """Itself, and every element below."""
+        """The element and all its descendants."""
         stack = [self]
         while stack:
             yield (here := stack.pop())
             stack += reversed(here.children)
 
     def wrong(self, expected: str, got: str, cure: str = "") -> ModelError:
-        """The error that something of it is not as expected."""
+        """An error about this element."""
         return expect.refusal(ModelError, expected, f"{got} ({self.where})", cure)
 
     def text(self, name: str) -> str:
-        """An attribute that must be there."""
+        """A required attribute."""
         value = self.attributes.get(name)
         if not value or len(value) > WORD:
             raise self.wrong(f"an attribute {name}= of <{self.tag}>", cut(repr(value)) if value else "none")
         return value
 
     def number(self, name: str, default: float | None = None, *, infinite: bool = False) -> float:
-        """An attribute that is a number, at most `LARGEST` unless infinity is allowed."""
+        """An attribute that is a number, at most `LARGEST` unless `infinite`."""
         return float(self.numbers(name, 1, None if default is None else (default,), infinite=infinite)[0])
 
     def numbers(self, name: str, count: int, default: Any = None, *, infinite: bool = False) -> Array:
-        """An attribute that is so many numbers."""
+        """An attribute that is `count` numbers."""
         if name not in self.attributes and default is not None:
             return np.array(default, dtype=float)
         words = self.text(name).split()
@@ -91,7 +90,7 @@ class Element:
         return np.array(values, dtype=float)
 
     def refuse_others(self, *known: str) -> None:
-        """Refuse children that are none of these."""
+        """Raises if a child has another tag."""
         for child in self.children:
             if child.tag not in known:
                 raise ModelError(
@@ -100,7 +99,7 @@ class Element:
 
 
 def number_of(word: str) -> float | None:
-    """A number as XML has it: Python's underscores and other scripts' digits are none."""
+    """A number in XML syntax, without Python's underscores and digits of other scripts; else None."""
     if not word.isascii() or "_" in word:
         return None
     try:
@@ -110,7 +109,7 @@ def number_of(word: str) -> float | None:
 
 
 class _ElementBuilder(ContentHandler):
-    """What the parser tells of the elements; it keeps what comes within the limits."""
+    """Builds the elements from the parser's events, within the limits."""
 
     def __init__(self, source: str) -> None:
         super().__init__()
@@ -121,7 +120,7 @@ class _ElementBuilder(ContentHandler):
         self.place: Any = None
 
     def startElement(self, name: str, attrs: Any) -> None:
-        """An element begins."""
+        """Opens an element."""
         here = Element(name, dict(attrs.items()), self.place.getLineNumber(), self.source)
         self.count += 1
         if len(self.open) >= DEPTH or self.count > ELEMENTS:
@@ -133,12 +132,12 @@ class _ElementBuilder(ContentHandler):
         self.open.append(here)
 
     def endElement(self, name: str) -> None:
-        """The last one that began ends."""
+        """Closes the innermost element."""
         self.open.pop()
 
 
 def given(source: Any, kind: str) -> tuple[str | bytes, str, Path | None]:
-    """Text, its name and its file: `source` itself where it begins as XML does, else the file that it names."""
+    """The text, its name and its file: `source` itself if it begins like XML, else the content of the file that it names."""
     expected = f"the path of a {kind} file, or its text"
     expect.instance(source, (str, bytes, Path), expected)
     if isinstance(source, bytes) or (isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")):
@@ -159,12 +158,12 @@ def _limited(size: int, kind: str) -> None:
 
 
 def parsed(text: str | bytes, source: str) -> Element:
-    """The root of the text.
+    """The root element of the text.
 
     Raises
     ------
     ModelError
-        if it is not well formed, has entities, or is deeper or longer than the limits
+        if it is not well formed, contains entities, or exceeds the limits
     """
     try:
         reader, common = import_module("defusedxml.expatreader"), import_module("defusedxml.common")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models of `sympy.physics.mechanics`: what is given, names, states, frames, points, speeds, the system, the check."""
+"""Import of models of `sympy.physics.mechanics`: input record, names, states, frames, points, speeds, system, verification."""
 
 from kane.lazy_imports import offered
 

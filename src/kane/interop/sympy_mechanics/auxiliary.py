@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""SymPy's auxiliary speeds as ours, with the unknown forces that they bring into evidence.
+"""Auxiliary speeds of SymPy models, with the unknown forces that they bring into evidence.
 
-In SymPy an auxiliary speed stands in the velocities of some points; here it belongs to a cut through which those points are reached.
-That is the same where the sets of points of the auxiliary speeds contain one another, and each has one direction.
+In SymPy an auxiliary speed is a term of the velocities of some points; in kane it belongs to a cut through which points are reached.
+These are equivalent if the sets of points of the auxiliary speeds are nested, and each speed has one direction.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ Held = frozenset[int]
 
 
 class Auxiliary:
-    """The cuts, made when a point behind them is placed; without any where SymPy's cannot be expressed, which a remark says."""
+    """The cuts, made when a point beyond them is placed; none, with a remark, if SymPy's auxiliary speeds cannot be expressed so."""
 
     def __init__(
         self, given: Given, frames: Frames, known: Translation, states: States, remarks: Remarks, wanted: bool
@@ -55,7 +55,7 @@ class Auxiliary:
         remarks.say("read", f"the auxiliary speeds {names}, which bring {brought} into evidence")
 
     def _survey(self) -> str:
-        """Which points hold which auxiliary speeds, along what; why not, or ""."""
+        """Records which points have which auxiliary speeds, and along which directions; the reason why cuts are impossible, or ""."""
         given = self._given
         places = [p for p, _ in given.loads]
         turning = [
@@ -85,7 +85,7 @@ class Auxiliary:
         return self._nested()
 
     def _nested(self) -> str:
-        """Why the sets of points do not lie within one another, or ""."""
+        """The reason why the sets of points are not nested, or ""."""
         used: set[int] = set()
         order = sorted(set(self._points.values()), key=lambda held: (len(held), sorted(held)))
         for n, held in enumerate(order):
@@ -111,7 +111,7 @@ class Auxiliary:
         return self._states.vanish((a - b).components(self._frames.inertial), [1])
 
     def _forces(self) -> list[Any]:
-        """Symbols and functions that stand in loads alone, there where auxiliary speeds are held, as measure numbers by themselves."""
+        """Candidates for unknown forces: symbols and functions x with terms ±x in loads at points with auxiliary speeds."""
         from sympy import Symbol
         from sympy.core.function import AppliedUndef
 
@@ -129,7 +129,7 @@ class Auxiliary:
         return [x for x in found if x not in masses]
 
     def start(self, theirs: Any, root: Callable[[], Point], free: Callable[[str], str]) -> tuple[Point, Held]:
-        """The point behind the cuts of the auxiliary speeds that a point holds."""
+        """The point beyond the cuts of the auxiliary speeds of a point."""
         return self._cut(self._points.get(theirs, frozenset()), root, free)
 
     def _cut(self, held: Held, root: Callable[[], Point], free: Callable[[str], str]) -> tuple[Point, Held]:
@@ -146,7 +146,7 @@ class Auxiliary:
         return self._cuts[held], held
 
     def equations_left(self, accelerations: dict[Any, Any]) -> float:
-        """What is left of SymPy's auxiliary equations at our reactions, beside their terms."""
+        """The residual of SymPy's auxiliary equations at kane's reactions, relative to their terms."""
         method = self._given.method
         rows = [self._known.scalar(e) for e in method._aux_eq]
         self._states.values.update(accelerations)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Accelerations of the imported system beside those that SymPy's own matrices give, at random states."""
+"""Comparison of the accelerations of the imported system with those of SymPy's matrices, at random states."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ _UNKNOWN_CAUSE = "look for acceleration constraints that were given, and matrice
 
 
 def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Array]:
-    """u̇ by SymPy's matrices (speeds × states), and the reciprocal condition numbers."""
+    """u̇ from SymPy's matrices (speeds × states), and their reciprocal condition numbers."""
     mass, forcing = given.matrices()
     rows, columns = mass.shape
     m = states.of(known.scalars(mass)).reshape(rows, columns, -1)
@@ -38,11 +38,11 @@ def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Arr
 
 
 def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
-    """u̇ and reactions by the imported system (speeds and reactions × states)."""
+    """u̇ and reactions of the imported system (speeds and reactions × states)."""
     values, system = states.values, eom.system
     states.of(
         [*system.parameters, *(s for s in system.inputs if isinstance(s, Input))]
-    )  # loads' have had no values yet
+    )  # draws values for symbols that occur only in loads
     q, parameters, inputs = (
         {s: values[s] for s in x if s in values} for x in (system.coordinates, system.parameters, system.inputs)
     )
@@ -51,7 +51,7 @@ def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", KaneWarning
-        )  # that speeds miss a constraint: then accelerations differ, which is said
+        )  # speeds that violate a constraint give different accelerations, which `check` reports
         found = eom.evaluate(wanted, q=q, u=u, parameters=parameters, inputs=inputs, t=values.get(time, 0.0))
     return np.array(np.broadcast_arrays(*found, np.zeros(COUNT))[:-1])
 
@@ -65,7 +65,7 @@ def check(
     auxiliary: Auxiliary,
     cause: Callable[[], str],
 ) -> None:
-    """Compare; a ModelError shows the largest difference and the `cause`, where it is known."""
+    """Compares accelerations; a ModelError shows the largest difference and the `cause`, if it is known."""
     got = ours(eom, (*known.speeds, *auxiliary.reactions), states)
     states.values.update(zip(auxiliary.reactions, got[len(known.speeds) :], strict=True))
     expected, condition = theirs(given, known, states)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""SymPy's frames as ours: a tree over the orientations, each turn as what it is; frames that have an angular velocity alone.
+"""SymPy's frames as a tree of frames of kane, with each rotation in its original form; frames with an angular velocity only.
 
-SymPy keeps a matrix for each pair of frames that was oriented. A turn about an axis, a sequence of three and Euler parameters are told
-by comparing that matrix with theirs at random values; what is none of them stays a matrix.
+SymPy keeps a matrix for each pair of oriented frames. A simple rotation, a sequence of three and Euler parameters are recognized by
+comparing that matrix with theirs at random values; others remain matrices.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,7 +33,7 @@ Entries = Sequence[Sequence[Expr]]
 
 
 def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> dict[Any, tuple[Coordinate, ...]]:
-    """The frames whose matrix is that of four coordinates as Euler parameters, the scalar one first."""
+    """The frames whose matrix is that of four coordinates as Euler parameters, the scalar first."""
     result: dict[Any, tuple[Coordinate, ...]] = {}
     for frame, (parent, oriented) in parents.items():
         if parent is None or not oriented:
@@ -75,7 +75,7 @@ def _quaternion(e: Array) -> Array:
 
 
 class Frames:
-    """Our frames for SymPy's, each made when it is first asked for; what stands along them."""
+    """Frames of kane for those of SymPy, made on first use; converts vectors and dyadics."""
 
     def __init__(
         self, inertial: Any, parents: Mapping[Any, tuple[Any, bool]], sets: Mapping[Any, tuple[Coordinate, ...]],
@@ -89,7 +89,7 @@ class Frames:
         self.further: list[GivenRates] = []
 
     def frame(self, theirs: Any) -> Frame:
-        """Our frame for one of SymPy's."""
+        """The frame of kane for one of SymPy."""
         line = [theirs]
         while line[-1] not in self._made:
             if line[-1] not in self._parents:
@@ -106,7 +106,7 @@ class Frames:
         return self._made[theirs]
 
     def _only_spun(self, parent: Any, child: Any) -> bool:
-        """Whether a frame is oriented by functions that nobody gives, and has an angular velocity without their rates."""
+        """Whether no equation determines the functions of time that orient a frame, and its angular velocity lacks their rates."""
         spin = child._ang_vel_dict.get(parent)
         functions = {s for s in free_symbols(map(self._known.scalar, parent._dcm_dict[child])) if isinstance(s, Input)}
         if spin is None or not functions:
@@ -115,7 +115,7 @@ class Frames:
         return not any(isinstance(s, Rate) and s.place in functions for s in told)
 
     def vector(self, theirs: Any) -> Vector:
-        """Our vector for one of SymPy's."""
+        """The vector of kane for one of SymPy."""
         if not getattr(theirs, "args", ()):
             return Vector()
         total = Vector()
@@ -125,7 +125,7 @@ class Frames:
         return total
 
     def dyadic(self, theirs: Any, home: Frame) -> Dyadic:
-        """Our dyadic for one of SymPy's, along as few frames as it has."""
+        """The dyadic of kane for one of SymPy, along as few frames as possible."""
         rows: dict[Basis, list[list[Expr]]] = {}
         rest = Dyadic()
         for measure, a, b in getattr(theirs, "args", ()):
@@ -151,7 +151,7 @@ class Frames:
             )
             return frame
         flat = [self._known.scalar(x) for x in parent._dcm_dict[child]]
-        if child in self._scaled:  # of any length: orthogonal throughout, and the same where the length is 1
+        if child in self._scaled:  # orthogonal for any length of the parameters, and equal to the matrix for length 1
             square = sum((e * e for e in self._scaled[child]), ZERO)
             return ours.rotate_matrix(name, [[x / square for x in flat[k : k + 3]] for k in (0, 3, 6)])
         rows = [flat[k : k + 3] for k in (0, 3, 6)]
@@ -168,7 +168,7 @@ class Frames:
         return ours.rotate_matrix(name, rows)
 
     def _spun(self, name: str, ours: Frame, parent: Any, child: Any) -> Frame:
-        """A frame of which its angular velocity alone is known: its orientation follows from it."""
+        """A frame of which only the angular velocity is known; its orientation is integrated."""
         spin = child._ang_vel_dict[parent]
         own = [(m, f) for m, f in spin.args]
         k = [i for i in range(3) if own and own[0][0][i] != 0]
@@ -202,12 +202,12 @@ class Frames:
 
 
 def _arguments(entries: Iterable[Expr]) -> list[Expr]:
-    """Of what sines and cosines are taken."""
+    """The arguments of sines and cosines."""
     return list(dict.fromkeys(node.args[0] for node in nodes(list(entries)) if node.op in (SIN, COS)))
 
 
 def _about_axis(name: str, ours: Frame, rows: Entries) -> Iterable[Frame]:
-    """Turns about one axis that the matrix may be."""
+    """Candidate simple rotations for the matrix."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         if rows[i][i] is not ONE or any(rows[a][b] is not ZERO for a, b in ((i, j), (i, k), (j, i), (k, i))):
@@ -224,7 +224,7 @@ def _about_axis(name: str, ours: Frame, rows: Entries) -> Iterable[Frame]:
 
 
 def _in_sequence(name: str, ours: Frame, rows: Entries) -> Iterable[Frame]:
-    """Three turns about the turning frame's axes that the matrix may be."""
+    """Candidate sequences of three body-fixed rotations for the matrix."""
     angles = _arguments(x for row in rows for x in row)
     if len(angles) == 3:
         for order in permutations(angles):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a SymPy model says, whatever object holds it, as one record.
+"""The content of a SymPy model as one record, for all classes of models.
 
-The kinematical equations stand as k_q q̇ + k_u u + f = 0, implicit as they were given, motion constraints as expressions that vanish.
+The kinematical equations are k_q q̇ + k_u u + f = 0, implicit as given; motion constraints are expressions that vanish.
 """
 
 import copy
@@ -17,7 +17,7 @@ from kane.errors import ModelError, cut
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Given:
-    """A SymPy model: frame, coordinates, speeds, kinematical equations, bodies, loads, constraints; `method` made the equations."""
+    """A SymPy model: frame, coordinates, speeds, kinematical equations, bodies, loads, constraints; `method` forms its equations."""
 
     source: str
     frame: Any
@@ -36,7 +36,7 @@ class Given:
     method: Any = None
 
     def matrices(self) -> tuple[Any, Any]:
-        """M and f of SymPy's own equations M (u̇, λ) = f, formed on a copy where they are not yet."""
+        """M and f of SymPy's equations M (u̇, λ) = f, formed on a copy if necessary."""
         import sympy
 
         if self.method is None:
@@ -55,7 +55,7 @@ class Given:
 
 
 def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Given:
-    """The record of a KanesMethod, LagrangesMethod, System or JointsMethod, or of bodies with `loads` and what is `stated`."""
+    """The record of a KanesMethod, LagrangesMethod, System or JointsMethod, or of bodies with `loads` and the arguments `stated`."""
     import sympy.physics.mechanics as me
 
     if isinstance(model, Sequence) and not isinstance(model, str):
@@ -79,7 +79,7 @@ def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Gi
 
 
 def _pairs(loads: Any) -> tuple[Any, ...]:
-    """The loads as pairs of a place and a vector; actuators written out."""
+    """The loads as pairs of a point or frame and a vector; actuators are expanded."""
     found: list[Any] = []
     for load in loads or ():
         if hasattr(load, "to_loads"):
@@ -105,7 +105,7 @@ def _kane(method: Any, bodies: Any, loads: Any) -> Given:
 
 
 def _rates(q: Sequence[Any]) -> tuple[Any, Any, tuple[Any, ...]]:
-    """q̇ − u = 0 of speeds that are the rates."""
+    """q̇ − u = 0 for speeds that are the rates."""
     import sympy
 
     return sympy.eye(len(q)), -sympy.eye(len(q)), (sympy.S.Zero,) * len(q)
@@ -178,7 +178,7 @@ def _bodies(
 
 
 def _coordinates_in(bodies: Sequence[Any], frame: Any) -> tuple[Any, ...]:
-    """The functions of time in the orientations and positions between the inertial frame and the bodies, by name."""
+    """The functions of time in the orientations and positions from the inertial frame to the bodies, sorted by name."""
     from sympy.core.function import AppliedUndef
 
     offsets = [v for b in bodies for v in _offsets(b.masscenter, frame)]
@@ -192,7 +192,7 @@ def _coordinates_in(bodies: Sequence[Any], frame: Any) -> tuple[Any, ...]:
 
 
 def _offsets(center: Any, frame: Any) -> list[Any]:
-    """The vectors from the nearest point at rest to a mass centre; its own where positions lead to none."""
+    """The vectors from the nearest point at rest to a mass centre; its own position vectors if no path leads to one."""
     ways = paths_from(center)
     here = next((p for p in ways if p._vel_dict.get(frame) == 0), None)
     if here is None:
@@ -208,7 +208,7 @@ def _offsets(center: Any, frame: Any) -> list[Any]:
 
 
 def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
-    """The parent of each frame, and whether it is oriented there: by orientations as far as they go, then by angular velocities."""
+    """The parent of each frame, and whether it is oriented in it: by orientations as far as possible, then by angular velocities."""
     parents: dict[Any, tuple[Any, bool]] = {frame: (None, True)}
     line = deque([frame])
     while line:
@@ -226,7 +226,7 @@ def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
 
 
 def paths_from(start: Any) -> dict[Any, Any]:
-    """Each point that positions lead to from one, nearest first, with the point before it."""
+    """Each point that positions connect to a given one, nearest first, with its predecessor."""
     ways: dict[Any, Any] = {start: None}
     line = deque([start])
     while line:

@@ -36,7 +36,7 @@ from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import EQUAL, SPEEDS_RANK
 
 _MOST_TIED = 4
-"""Rates of functions of time among which those are looked for that accelerations hold by other names."""
+"""Maximum number of candidate rates that are matched with functions of time that only accelerations contain."""
 T = TypeVar("T", Coordinate, Speed, Parameter)
 
 
@@ -49,28 +49,28 @@ def from_sympy_mechanics(
     check: bool = True,
     **stated: Any,
 ) -> Imported:
-    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, refused and checked.
+    """Convert a model of `sympy.physics.mechanics` to a `System`, with remarks on inferences, changes and checks.
 
-    Frames come by their orientations, points by their positions; what has a velocity alone, or another one than the rate of its
-    position, is moved by it. Kinematical equations become definitions of the speeds, functions of time that are no coordinates inputs.
+    Frames are made by their orientations, points by their positions; those with only a velocity, or with one that differs from the
+    rate of the position, get coordinates driven by it. Kinematical equations define the speeds; other functions of time are inputs.
 
     Parameters
     ----------
     model : a KanesMethod, LagrangesMethod, System or JointsMethod, or a list of bodies
-    loads : pairs of a point or frame and a vector, actuators; those of the model if left out
-    bodies : those of a method that was not told them
+    loads : pairs of a point or frame and a vector, actuators; by default those of the model
+    bodies : the bodies, if the method does not have them
     values : numbers for parameters, by symbol or name, which become their defaults
-    check : whether accelerations are compared with those of SymPy's own equations, formed if need be, at random states
-    stated : of a list of bodies `frame`, the inertial one, and what KanesMethod takes: `q`, `u`, `kd_eqs`, …; left out, q are the
+    check : whether accelerations are compared with those of SymPy's equations, formed if necessary, at random states
+    stated : for a list of bodies, the inertial `frame`, and arguments of KanesMethod: `q`, `u`, `kd_eqs`, …; by default, q are the
         functions of time in orientations and positions, and u = q̇
 
     Raises
     ------
     ModelError
-        for what is no such model, for one that does not say what is needed, and where SymPy's equations contradict the bodies,
-        positions, loads and constraints that they were made of: the message shows the difference
+        if the object is not such a model or lacks required data, or if SymPy's equations contradict the bodies, positions, loads
+        and constraints from which they were formed: the message shows the difference
     ExpressionError
-        for expressions that have no counterpart
+        for expressions without a counterpart in kane
     """
     given = read(model, loads, bodies, **stated)
     made, system = _made(given, values)
@@ -91,7 +91,7 @@ def _of(symbols: Mapping[str, Expr], kind: type[T]) -> Mapping[str, T]:
 
 
 def _made(given: Given, values: Mapping[Any, float]) -> tuple["_Import", System]:
-    """The import, without reactions where there are constraints: SymPy's do not say where their forces act."""
+    """The import; without reactions if there are constraints, because SymPy's do not say where their forces act."""
     made = _Import(given, values, bool(given.auxiliary) and not (given.motion or given.holonomic))
     try:
         system = made.system()
@@ -104,7 +104,7 @@ def _made(given: Given, values: Mapping[Any, float]) -> tuple["_Import", System]
 
 
 class _Import:
-    """One import: the parts in the order in which they need each other."""
+    """An import; its parts are made in the order of their dependencies."""
 
     def __init__(self, given: Given, values: Mapping[Any, float], reactions: bool) -> None:
         self.remarks = remarks = Remarks()
@@ -161,7 +161,7 @@ class _Import:
             )  # fmt: skip
 
     def tie(self, inputs: Sequence[Symbol]) -> None:
-        """Functions of time that accelerations alone hold are rates of those that the velocities hold, where these then agree."""
+        """Identifies functions of time that only accelerations contain with rates of those in velocities, if both then agree."""
         held = set(inputs)
         for b in self._given.bodies:
             given = b.masscenter._acc_dict.get(self._given.frame)
@@ -181,13 +181,13 @@ class _Import:
                     break
 
     def _gap(self, body: Any) -> list[Expr]:
-        """The rate of a mass centre's velocity less its acceleration, along the inertial axes."""
+        """The rate of a mass centre's velocity minus its acceleration, along the inertial axes."""
         inertial = self._frames.inertial
         v, a = (self._frames.vector(x(self._given.frame)) for x in (body.masscenter.vel, body.masscenter.acc))
         return [self._at_rates(x) for x in (v.dt(inertial) - a).components(inertial)]
 
     def cause(self) -> str:
-        """Why SymPy's equations may be other ones, in a sentence; "" where that is not known."""
+        """A sentence that explains why SymPy's equations may differ; "" if no reason is known."""
         if self._given.lagrangian is not None and self._frames.further:
             return (
                 "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and of such a Lagrangian "
@@ -206,7 +206,7 @@ class _Import:
         return ""
 
     def _at_rates(self, e: Expr) -> Expr:
-        """`e` with q̈ by u̇, and u̇ of any value."""
+        """`e` with q̈ expressed by u̇, which has arbitrary values."""
         if self._second is None:
             k_q, k_u, f = self._kinematical
             q, u = self.known.coordinates, self.known.speeds
@@ -229,7 +229,7 @@ class _Import:
         return result
 
     def _dependent(self, found: Definitions, rows: int) -> list[Speed]:
-        """SymPy's dependent speeds and those that vanish, where they are as many as the constraints; else they are chosen."""
+        """SymPy's dependent speeds and the vanishing ones, if they are as many as the constraints; else none, for automatic choice."""
         known = dict(zip(self._given.u, self.known.speeds, strict=True))
         listed = [*(known[u] for u in self._given.dependent_u), *found.vanishing]
         return listed if len(listed) == rows else []
@@ -253,7 +253,7 @@ class _Import:
         return Torque(self._frames.frame(place), v, names.free(f"torque on {place.name}").replace("_", " "))
 
     def _compare_spin(self, theirs: Any) -> None:
-        """The angular velocity that was set is the one that the orientation has."""
+        """Raises unless an angular velocity that was set agrees with the orientation."""
         inertial = self._frames.inertial
         said = self._frames.vector(theirs.ang_vel_in(self._given.frame)).components(inertial)
         turned = self._frames.frame(theirs).angular_velocity(inertial).components(inertial)
@@ -267,7 +267,7 @@ class _Import:
             )
 
     def _potential(self) -> list[Load]:
-        """V = T − L, of which the rates must vanish."""
+        """V = T − L as loads; raises if it depends on rates."""
         import sympy
 
         given = self._given
@@ -301,7 +301,7 @@ class _Import:
         return kept
 
     def _by_speeds(self, e: Expr) -> Array:
-        """∂e/∂u at the states, of an expression affine in q̇ = W u + X."""
+        """∂e/∂u at the states, for an expression affine in q̇ = W u + X."""
         q = list(self.known.coordinates)
         slopes = self.states.of(gradient(e, [rate(x) for x in q]))
         by_u = rates_by_speeds(self.known, self._kinematical, self.states)
@@ -312,7 +312,7 @@ class _Import:
 
 
 def _follows(row: Any, held: Sequence[Any]) -> bool:
-    """Whether a row depends on others at all states."""
+    """Whether a row is a linear combination of others at all states."""
     for k in range(row.shape[1]):
         if not held:
             return not np.any(row)
@@ -328,7 +328,7 @@ def _rows(matrix: Any, known: Translation) -> list[list[Expr]]:
 
 
 def _is_length(f: Expr, groups: Sequence[tuple[Coordinate, ...]]) -> bool:
-    """Whether f = 0 says that Euler parameters have length 1, which ours have anyway."""
+    """Whether f = 0 is the unit length of Euler parameters, which kane's satisfy anyway."""
     own = free_symbols([f])
     for group in groups:
         if set(own) == set(group):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""SymPy's symbols and functions of time as ours: made when an expression first holds them.
+"""SymPy's symbols and functions of time as symbols of kane, made when an expression first contains them.
 
-Symbols become parameters, functions of time that are neither coordinates nor speeds become inputs. Assumptions that SymPy knows of a
-symbol stand in its description.
+Symbols become parameters, functions of time that are neither coordinates nor speeds become inputs. SymPy's assumptions about a symbol
+are noted in its description.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -20,11 +20,11 @@ from kane.interop.sympy import from_sympy
 from kane.interop.sympy_mechanics.given import Given
 
 _ASSUMED = ("positive", "negative", "nonnegative", "nonpositive", "nonzero", "integer")
-"""Assumptions worth a word, the stronger first."""
+"""Assumptions that are noted, the stronger first."""
 
 
 class Translation(Mapping[Any, Expr]):
-    """What each symbol of a SymPy model stands for; `scalar` translates an expression."""
+    """The symbol of kane for each symbol of a SymPy model; `scalar` converts an expression."""
 
     def __init__(self, given: Given, values: Mapping[Any, float], remarks: Remarks) -> None:
         from sympy.physics.mechanics import dynamicsymbols
@@ -45,11 +45,11 @@ class Translation(Mapping[Any, Expr]):
         return symbol
 
     def enter(self, x: Any, symbol: Symbol) -> None:
-        """What a symbol or function of theirs is."""
+        """Sets the symbol of kane for a symbol or function of SymPy."""
         self._known[x] = symbol
 
     def scalar(self, e: Any) -> Expr:
-        """A SymPy expression as ours; functions that SymPy can write out, such as curves of muscles, written out."""
+        """A SymPy expression in kane; functions that SymPy can expand, such as muscle curves, are expanded."""
         try:
             return from_sympy(e, self)
         except ExpressionError:
@@ -59,7 +59,7 @@ class Translation(Mapping[Any, Expr]):
             return from_sympy(whole, self)
 
     def scalars(self, many: Iterable[Any]) -> list[Expr]:
-        """SymPy expressions as ours."""
+        """SymPy expressions in kane."""
         return [self.scalar(e) for e in many]
 
     def others(self) -> list[Symbol]:
@@ -67,13 +67,13 @@ class Translation(Mapping[Any, Expr]):
         return [s for s in self._known.values() if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]
 
     def check_values(self) -> None:
-        """Refuse numbers for what is no parameter of the model."""
+        """Raises if a value is given for something other than a parameter of the model."""
         own = {str(key) for key, s in self._known.items() if isinstance(s, Parameter)}
         cure = f"It has {', '.join(sorted(own)) or 'none'}."
         expect.none([repr(x) for x in self._values if x not in own], "values= of parameters of the model", cure=cure)
 
     def named(self) -> Mapping[str, Expr]:
-        """What each name became; of two of one name the first."""
+        """The symbol for each name; the first of several with the same name."""
         found: dict[str, Expr] = {}
         for key, s in self._known.items():
             if isinstance(s, Symbol):
@@ -114,7 +114,7 @@ class Translation(Mapping[Any, Expr]):
 
 
 def _number(name: str, value: Any) -> float:
-    """A number as the value of a parameter, also one that SymPy keeps as an expression, as π/6."""
+    """The value of a parameter as a number, also if SymPy keeps it as an expression, such as π/6."""
     expected = f"a finite number as the value of {name}"
     number = expect.floats(value, expected)
     expect.that(number.ndim == 0 and isfinite(number), expected, value)
@@ -122,7 +122,7 @@ def _number(name: str, value: Any) -> float:
 
 
 def _name(x: Any) -> str:
-    """The name of a function of time; of a derivative that is a speed, u_… ."""
+    """The name of a function of time; u_… for a derivative that is a speed."""
     if x.is_Derivative:
         base = x.args[0].func.__name__
         return f"u{base[1:]}" if base[0] == "q" and base[1:].isdigit() else f"u_{base}"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""SymPy's points as ours: by their positions where their velocities follow from these, else moved by their velocities.
+"""SymPy's points as points of kane: by their positions if these determine the velocities, else moved by their velocities.
 
-What a velocity is more than the rate of the position is the drift. Points of one tree of positions that have the same drift move with
-one origin: at rest where there is none, else with a coordinate for each component, whose rate is a motion constraint.
+The difference of a velocity from the rate of the position is the drift. Points of one tree of positions with the same drift move with
+a common origin: at rest if it is zero, else with a coordinate for each component, whose rate is set by a motion constraint.
 """
 
 import itertools
@@ -30,7 +30,7 @@ _XYZ = "xyz"
 
 
 class Points:
-    """Our points for SymPy's, each made when it is first asked for."""
+    """Points of kane for those of SymPy, made on first use."""
 
     def __init__(
         self, inertial: Any, frames: Frames, auxiliary: Auxiliary, known: Translation, states: States, remarks: Remarks
@@ -44,7 +44,7 @@ class Points:
         self._made: dict[Any, Point] = {}
 
     def point(self, theirs: Any) -> Point:
-        """Our point for one of SymPy's."""
+        """The point of kane for one of SymPy."""
         if theirs not in self._made:
             self._made[theirs] = self._placed(theirs)
         return self._made[theirs]
@@ -83,7 +83,7 @@ class Points:
         return self._frames.vector(v)
 
     def _survey(self, theirs: Any) -> None:
-        """All points that positions lead to, and the way to each from the one at rest, if there is one."""
+        """Finds all points that positions connect, and the path to each from the one at rest, if any."""
         still = [p for p in paths_from(theirs) if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
         reference = next(iter(still), theirs)
         ways = paths_from(reference)
@@ -94,7 +94,7 @@ class Points:
             self._references[p], self._lines[p] = reference, way[::-1]
 
     def _origin(self, reference: Any, there: Array, drift: Vector, size: float, theirs: Any) -> dict[Any, Point]:
-        """The points that move with one origin: where `reference` would be if it had this drift."""
+        """The points placed from a common origin, the point `reference` if it moved with this drift; made on first use."""
         start, held = self._auxiliary.start(theirs, self._base, self._names.free)
         for other, drifts, made in self._origins:
             if other == (reference, held) and np.allclose(drifts, there, rtol=0, atol=EQUAL * size * 10):
@@ -108,7 +108,7 @@ class Points:
         return made
 
     def _base(self) -> Point:
-        """The point from which all are reached."""
+        """The point from which all others are placed."""
         if self._root is None:
             self._root = Point(self._names.free("fixed"), fixed_in=self._frames.inertial)
         return self._root

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Definitions of speeds from kinematical equations k_q q̇ + k_u u + f = 0, which may be more or fewer than the speeds.
+"""Definitions of speeds from kinematical equations k_q q̇ + k_u u + f = 0, whose number may differ from that of the speeds.
 
-As many of them as k_u has independent rows are solved for speeds. What is left of more equations is a motion constraint; a speed that
-no equation gives is the rate of a coordinate of its own.
+As many equations as k_u has independent rows are solved for speeds. Further equations are motion constraints; a speed that no equation
+determines is the rate of an additional coordinate.
 """
 
 from collections.abc import Sequence
@@ -26,20 +26,20 @@ from kane.numeric.scale import ROUNDED_SUM
 
 @dataclass(slots=True)
 class Definitions:
-    """The speeds by rates, the rows that vanish as speeds of their own, and the coordinates that came with them."""
+    """The speeds in terms of rates, expressions that vanish as additional speeds, and additional coordinates."""
 
     speeds: dict[Speed, Expr] = field(default_factory=dict)
     vanishing: dict[Speed, Expr] = field(default_factory=dict)
     coordinates: list[Coordinate] = field(default_factory=list)
 
     def in_rates(self, e: Expr) -> Expr:
-        """`e` with speeds written out."""
+        """`e` with speeds replaced by their definitions."""
         return substituted(e, dict[Expr, Expr](self.speeds.items()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Equations:
-    """Rows that vanish: `basic` in rates, less `rows` times the speeds."""
+    """Equations `basic` = `rows` u, with `basic` in terms of rates."""
 
     basic: list[Expr]
     rows: list[list[Expr]]
@@ -80,7 +80,7 @@ def _held(known: Translation, of: str) -> Speed:
 
 
 def follow(found: Definitions, further: Sequence[GivenRates], known: Translation) -> None:
-    """Coordinates that SymPy's model lacks, each with its row as a speed that vanishes."""
+    """Adds coordinates that SymPy's model lacks, with their equations as vanishing speeds."""
     for more in further:
         found.coordinates += more.coordinates
         for left, right in more.rates:
@@ -102,7 +102,7 @@ def _equations(
     known: Translation, kinematical: Kinematical,
     sets: dict[tuple[Coordinate, ...], tuple[QuasiRate, ...]], states: States,
 ) -> _Equations:  # fmt: skip
-    """The equations as `basic` = `rows` u; those of Euler parameters by the angular velocity."""
+    """The equations `basic` = `rows` u; those of Euler parameters in terms of the angular velocity."""
     k_q, k_u, f = kinematical
     n, turning = len(k_q), {q: k for k, group in enumerate(sets) for q in group}
     own = [
@@ -127,7 +127,7 @@ def _equations(
 def _spin(
     known: Translation, kinematical: Kinematical, group: Sequence[Coordinate], states: States
 ) -> list[list[Expr]]:
-    """w by the speeds: numbers where it is so at all states, as where the speeds are measure numbers of w."""
+    """w in terms of the speeds: constant coefficients if they are equal at all states, e.g. if the speeds are measure numbers of w."""
     e, by_u = states.of(group), rates_by_speeds(known, kinematical, states)[[_place(known, q) for q in group]]
     w = 2 * (e[0] * by_u[1:] - by_u[0] * e[1:, None] - np.cross(e[1:, None], by_u[1:], axis=0))
     if np.abs(w - w[..., :1]).max() > ROUNDED_SUM * 100:
@@ -147,7 +147,7 @@ def rates_by_speeds(known: Translation, kinematical: Kinematical, states: States
 
 
 def keeps_length(known: Translation, kinematical: Kinematical, states: States, group: Sequence[Coordinate]) -> bool:
-    """Whether speeds of any values keep the length of Euler parameters."""
+    """Whether the length of Euler parameters is constant for all values of the speeds."""
     by_u = rates_by_speeds(known, kinematical, states)[[_place(known, q) for q in group]]
     return bool(np.abs(np.einsum("is,ims->ms", states.of(group), by_u)).max() <= ROUNDED_SUM * 100)
 
@@ -157,7 +157,7 @@ def _place(known: Translation, q: Coordinate) -> int:
 
 
 def _spin_in_symbols(known: Translation, kinematical: Kinematical, group: Sequence[Coordinate]) -> list[list[Expr]]:
-    """w = 2 (e0 ė − ė0 e − e × ė) with ė by the speeds, where each equation has the rate of one of the parameters alone."""
+    """w = 2 (e0 ė − ė0 e − e × ė) with ė in terms of the speeds, if each equation contains the rate of one parameter only."""
     k_q, k_u, _ = kinematical
     by_u: list[list[Expr]] = []
     for q in group:

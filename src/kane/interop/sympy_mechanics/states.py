@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Random states of a model: configurations that satisfy its constraints, speeds that do, and the rates that follow from them.
+"""Random states of a model: configurations and speeds that satisfy its constraints, and the rates that follow from them.
 
-What two descriptions of a motion say is compared there, and only there: off the constraints they may differ.
+Two descriptions of a motion are compared only there, because they may differ where constraints are violated.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,7 +27,7 @@ Sets = Sequence[tuple[Coordinate, ...]]
 
 
 def numbers(exprs: Sequence[Expr], values: Mapping[Expr, Any]) -> Array:
-    """Values of expressions, (n) or, of arrays of values, (n × states)."""
+    """Values of expressions: (n), or (n × states) for arrays of values."""
     with np.errstate(all="ignore"):
         found = evaluate(exprs, {s: values[s] for s in free_symbols(exprs) if s in values}) if exprs else []
     shape = np.shape(next(iter(values.values()), 0.0))
@@ -35,7 +35,7 @@ def numbers(exprs: Sequence[Expr], values: Mapping[Expr, Any]) -> Array:
 
 
 class States:
-    """`COUNT` states: values (an array each) of all symbols, of rates too; further coordinates are entered with their rates."""
+    """`COUNT` states: an array of values for each symbol and rate; additional coordinates are entered with their rates."""
 
     def __init__(
         self, q: Sequence[Coordinate], u: Sequence[Speed], kinematical: Kinematical,
@@ -80,7 +80,7 @@ class States:
         return values
 
     def _closed(self, values: dict[Expr, float], f: Sequence[Expr], slopes: Sequence[Sequence[Expr]]) -> bool:
-        """Newton's steps of least length onto f(q) = 0."""
+        """Projects onto f(q) = 0 by Newton's method with minimum-norm steps; whether it converged."""
         if not f:
             return True
         for _ in range(_STEPS):
@@ -96,7 +96,7 @@ class States:
         return False
 
     def _moved(self, values: dict[Expr, float], motion: Sequence[Expr], rows: Sequence[Sequence[Expr]]) -> bool:
-        """The nearest speeds that satisfy the motion constraints, and the rates."""
+        """Sets the nearest speeds that satisfy the motion constraints, and the rates."""
         if motion:
             a = numbers([x for row in rows for x in row], values).reshape(len(motion), -1)
             left = numbers(motion, values)
@@ -122,7 +122,7 @@ class States:
         return numbers(listed, self._with_new(listed))
 
     def _with_new(self, exprs: Sequence[Any]) -> dict[Expr, Any]:
-        """The values, with numbers for parameters and inputs that were not met before."""
+        """The values, with random ones for parameters and inputs that are new."""
         for s in free_symbols([e for e in exprs if isinstance(e, Expr)]):
             if s in self.values:
                 continue
@@ -139,18 +139,18 @@ class States:
         return self.values
 
     def vanish(self, exprs: Iterable[Any], beside: Iterable[Any] = ()) -> bool:
-        """Whether expressions are zero at all states, beside the largest of them and of others."""
+        """Whether expressions are zero at all states, relative to the largest value of `beside`."""
         mine = self.of(list(exprs))
         size = max(1e-3, np.abs(self.of(list(beside))).max(initial=0))
         return bool(np.isfinite(mine).all() and np.abs(mine).max(initial=0) <= EQUAL * size)
 
     def enter(self, q: Symbol, moving: Expr) -> None:
-        """A further coordinate with the rate that it has."""
+        """Adds a coordinate with a given rate."""
         self.values[q] = self._rng.uniform(0.2, 1.2, COUNT)
         self.values[rate(q)] = self.of([moving])[0]
 
     def enter_turning(self, group: Sequence[Coordinate]) -> None:
-        """Further Euler parameters."""
+        """Adds Euler parameters."""
         e = self._rng.uniform(0.2, 1.2, (4, COUNT))
         self.values.update(zip(group, e / np.linalg.norm(e, axis=0), strict=True))
 

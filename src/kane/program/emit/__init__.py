@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Emitters, one file a language."""
+"""Emitters, one module per target language."""

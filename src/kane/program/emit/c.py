@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one file of C99 and its header, to be built into other programs: it needs nothing but <math.h>.
+"""A Program as one source file of C99 and its header, for use in other programs; <math.h> is the only dependency.
 
-Its functions are `<system>_hoist(parameters, h)` and `<system>_<routine>(ports, h, out)`; its tables give what the ports hold and
-what the results are. One operation a statement; z12 is the twelfth value of its routine. In kernels
-values side by side are arrays, and an operation on them is a loop over the lanes.
+Its functions are `<system>_hoist(parameters, h)` and `<system>_<routine>(ports, h, out)`; its tables list the symbols of the ports and
+the labels of the results. Each statement is one operation; z12 is the twelfth value of its routine. In kernels, a vector value is an
+array, and an operation on it is a loop over the lanes.
 """
 
 import math
@@ -44,7 +44,7 @@ from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
 from kane.program.program import Port, Program
 
 KINDS = {"float": "double", "int": "int64_t", "bool": "bool"}
-"""Types of C by the kinds of values."""
+"""C types by the kinds of values."""
 _FORMS: Mapping[Op | str, str] = {
     **shared(ARITHMETIC),
     **shared({n: f"{f}({{0}})" for n, f in (("sqrt", "sqrt"), ("abs", "fabs"))}),
@@ -64,22 +64,22 @@ _FORMS: Mapping[Op | str, str] = {
     ops.WHERE: "({0} != 0.0) ? {1} : {2}",
     ops.REGULAR: f"(fabs({{0}}) > ({ops.GONE!r} * {{1}})) ? {{0}} : (double)NAN",
 }
-"""An operation of {0}, {1}, …, in each lane; what is not here takes its operand as it is. Sines and cosines are ours."""
+"""C expressions of operations on {0}, {1}, …, per lane; an operation not listed copies {0}. Sines and cosines: see `sincos`."""
 _FOLDS = {"sum": "add", "largest": "max"}
 
 
 def extent(type_: language.Type) -> str:
-    """What follows the name of a variable in its declaration."""
+    """The array bound that follows a variable's name in its declaration; "" for a scalar."""
     return f"[{type_.width}]" if type_.width > 1 else ""
 
 
 def each(type_: language.Type, statement: str) -> str:
-    """A statement for each lane k."""
+    """A loop over the lanes k around a statement; the statement itself for a scalar."""
     return f"for (int k = 0; k < {type_.width}; k++) {{ {statement} }}" if type_.width > 1 else statement
 
 
 class CPrinter(NamedPrinter):
-    """The lines of one function; `helpers` are the functions of angles that it calls."""
+    """Prints the statements of one function; `helpers` are the sine and cosine functions that it calls."""
 
     def __init__(self, names: Mapping[int, str] | None = None, vectors: Mapping[str, str] | None = None) -> None:
         super().__init__(1, names, vectors)
@@ -87,7 +87,7 @@ class CPrinter(NamedPrinter):
         self.helpers: set[str] = set()
 
     def text(self, operand: language.Operand, lane: str = "k") -> str:
-        """A scalar operand, or the lane of another one."""
+        """The text of an operand: a scalar, or the given lane of a vector."""
         if isinstance(operand, int):
             return self.names[operand]
         if not isinstance(operand, language.Immediate):
@@ -100,7 +100,7 @@ class CPrinter(NamedPrinter):
         return decimal(float(operand.value), "(double)NAN", "(double)INFINITY")
 
     def define(self, value: language.Operand, text: str) -> None:
-        """A value, of a text that holds the lane k where it has several."""
+        """Adds the assignment of `text`, an expression for lane k, to a value."""
         type_, name = language.type_of(value), self.text(value)
         if type_.width == 1:
             self.add(f"const {KINDS[type_.kind]} {name} = {text};")
@@ -108,12 +108,12 @@ class CPrinter(NamedPrinter):
             self.add(f"{KINDS[type_.kind]} v{value}{extent(type_)};", each(type_, f"{name} = {text};"))
 
     def at(self, s: language.Address | language.Read | language.Write, type_: language.Type) -> str:
-        """A number of an array, or the lane k of several."""
+        """An element of an array, or the element of lane k of several consecutive ones."""
         index = str(s.offset) if isinstance(s.offset, int) else self.text(s.offset)
         return f"{self.vectors.get(s.base, s.base)}[{index}{' + k' * (type_.width > 1)}]"
 
     def compute(self, s: language.Compute) -> None:
-        """An operation, in each lane."""
+        """Adds an operation, in each lane."""
         op, first = s.op, s.arguments[0]
         if op in _FOLDS:
             self.define(s.value, self.fold(_FORMS[_FOLDS[str(op)]], first))
@@ -124,7 +124,7 @@ class CPrinter(NamedPrinter):
             self.define(s.value, _FORMS.get(op, "{0}").format(*(self.text(a, lane) for a in s.arguments)))
 
     def fold(self, form: str, operand: language.Operand) -> str:
-        """The halves combined, in names of their own."""
+        """Adds a reduction over lanes by repeated halving, in temporaries."""
         names: Sequence[str] = [self.text(operand, str(k)) for k in range(language.type_of(operand).width)]
         self.folds += 1
         while len(names) > 1:
@@ -135,7 +135,7 @@ class CPrinter(NamedPrinter):
         return names[0]
 
     def sincos(self, s: language.SinCos) -> None:
-        """Sine, cosine or both of one angle."""
+        """Adds the sine, the cosine or both of one angle."""
         ((angle,), (own,)) = s.angles, s.values
         names = {op.name: self.names[i] for op, i in own.items()}
         if len(names) == 1:
@@ -147,11 +147,11 @@ class CPrinter(NamedPrinter):
         self.helpers.add(function)
 
     def load(self, s: language.Read) -> None:
-        """A value from an array."""
+        """Adds a load from an array."""
         self.define(s.value, self.at(s, language.type_of(s.value)))
 
     def store(self, s: language.Write) -> None:
-        """A value to an array."""
+        """Adds a store to an array."""
         type_, comment = language.type_of(s.value), f" /* {c_comment(s.label)} */" if s.label else ""
         self.add(f"{each(type_, f'{self.at(s, type_)} = {self.text(s.value)};')}{comment}")
 
@@ -191,7 +191,7 @@ _ROUNDING = {
 }
 
 LONGEST = 2000
-"""Instructions in one function at most: compilers take more than twice as long for one of twice the length."""
+"""Maximum number of instructions in one function: compile time grows faster than the length beyond it."""
 
 
 def emit_c(
@@ -203,10 +203,10 @@ def emit_c(
     headers: str = "",
     besides: Sequence[Program] = (),
 ) -> str:
-    """The text of a file of C99, complete in itself; a routine of more than `longest` instructions becomes several functions.
+    """The text of a complete C99 file; a routine of more than `longest` instructions is split into several functions.
 
-    Without `contract` every operation is rounded by itself: the results of + − × ÷ √ are those of NumPy bit by bit. With it the
-    compiler may round a·b + c once, where its options say so. `headers` are lines that include more of them. The functions of the
+    Without `contract` every operation is rounded separately, and the results of + − × ÷ √ equal those of NumPy bit for bit. With it
+    the compiler may round a·b + c once, if its options permit. `headers` are lines that include more headers. The functions of the
     Programs `besides` are static, and their ports have no tables.
     """
     file = c_file(program)
@@ -229,7 +229,7 @@ def emit_c(
 
 
 def emit_header(program: Program, *, version: str = "") -> str:
-    """The text of the header that belongs to the file of `emit_c`, for C and C++."""
+    """The text of the header, for C and C++, that declares the functions and tables of the file of `emit_c`."""
     file = c_file(program)
     title = f"/* {c_comment(f'{program.name}: declarations. {made_by(version)}')} */"
     return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{_declarations(file)}\n#endif\n"
@@ -240,11 +240,11 @@ def emit_header(program: Program, *, version: str = "") -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CFunction:
-    """What a function of the file is called, takes (declarations by name) and gives: `size` results, named in `labels`."""
+    """A C function: its name, arguments (declarations by name) and result, `size` doubles with the names `labels`."""
 
     function: Function
     name: str
-    part: str  # what the functions of a long block are called, with a number
+    part: str  # the name prefix of the functions into which a long block is split
     arguments: Mapping[str, str]
     title: str
     size: str
@@ -253,13 +253,13 @@ class CFunction:
 
     @property
     def signature(self) -> str:
-        """Its declaration."""
+        """The function's declaration."""
         return f"{self.linkage}void {self.name}({', '.join(self.arguments.values())})"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CFile:
-    """Identifiers that the file shows to others; `tables` are those of the vectors among the ports, each with its length."""
+    """The public identifiers of the file; `tables` are the tables of the vector ports, each with its length."""
 
     program: Program
     names: Names
@@ -271,12 +271,12 @@ class CFile:
 
     @property
     def first(self) -> CFunction:
-        """The first routine, by which a head says how all are called."""
+        """The first routine, the example in the comment at the head of the file."""
         return self.functions[min(1, len(self.program.routines))]
 
 
 def c_file(program: Program) -> CFile:
-    """The names of a program's file, all different and free in C and C++: hoisted vectors come first."""
+    """The names of a program's C file, distinct and not reserved in C or C++; vectors of parameters come first."""
     prefix = identifier(program.name) or "system"
     vectors = sorted((port for port in program.ports if not port.scalar), key=lambda port: not port.hoisted)
     routines = [identifier(r.name) or "routine" for r in program.routines]
@@ -304,7 +304,7 @@ def c_file(program: Program) -> CFile:
 
 
 def c_definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> str:
-    """One function, or for a long block several and one that calls them in turn; the functions of angles are added to `called`."""
+    """The definition of a function; a long block is split into several. Sine and cosine functions in use are added to `called`."""
     parts = pieces(file.program, f.function, style)
     cut = len(parts.chunks) > 1
     names = file.names.of(f.function, c_number)
@@ -327,7 +327,7 @@ def c_definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> s
 
 
 def _used(file: CFile, body: Sequence[Statement]) -> set[str]:
-    """The arguments that a piece uses."""
+    """The arguments that a piece reads or writes."""
     bases = {s.base for s in body if isinstance(s, Read | Write)}
     ports = [port for port in file.program.ports for _ in port.symbols]
     scalars = {i: port.name for i, port in enumerate(ports) if port.scalar}
@@ -339,7 +339,7 @@ def _used(file: CFile, body: Sequence[Statement]) -> set[str]:
 
 
 def _arguments(function: Function, names: Names) -> dict[str, str]:
-    """Declarations of the arguments by name."""
+    """The declarations of the arguments, by name."""
     ports = {names.arguments[port.name]: port.scalar for port in function.ports}
     declared = {name: f"double {name}" if scalar else f"const double *{name}" for name, scalar in ports.items()}
     target = VECTORS[function.target]
@@ -359,7 +359,7 @@ def _title(program: Program, function: Function) -> str:
 
 
 def _head(file: CFile, contract: bool, version: str) -> str:
-    """The comment at the head: how to compile and call, what the ports are."""
+    """The comment at the head of the file: how to compile it and call its functions, and the contents of the ports."""
     program, (hoist, *routines) = file.program, file.functions
     nouns = ", ".join(f"{p.noun} {file.names.arguments[p.name]}" for p in program.ports)
     lines = [
@@ -379,7 +379,7 @@ def _head(file: CFile, contract: bool, version: str) -> str:
 
 
 def port_lines(file: CFile) -> list[str]:
-    """What the ports hold, a line each, with an empty one before each port."""
+    """Lines that list the contents of the ports, with an empty line before each port."""
     lines = []
     for port in file.program.ports:
         lines.append("")
@@ -391,7 +391,7 @@ def port_lines(file: CFile) -> list[str]:
 
 
 def _declarations(file: CFile) -> str:
-    """Sizes, tables and functions as the header declares them."""
+    """Sizes, tables and functions, as the header declares them."""
     counts = {size: len(port.symbols) for port, _, size in file.tables}
     counts |= {f.size: len(f.function.results) for f in file.functions}
     sizes = ",\n".join(f"    {name} = {count}" for name, count in counts.items())
@@ -419,7 +419,7 @@ def _declarations(file: CFile) -> str:
 
 
 def _tables(file: CFile) -> str:
-    """The tables of the ports' symbols and of the results' labels."""
+    """The tables of the ports' symbols and the results' labels."""
     lines = []
     for port, table, size in file.tables:
         lines.append(f"const {file.record} {table}[{size} + 1] = {{")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels as functions of C99: one, and one more for each block within it that is long.
+"""Kernels as C99 functions: one per kernel, and one for each long block within it.
 
-The cells are a record that the functions share. Every loop has a counter and ends: at the latest after `TURNS` turns, which no kernel
-needs. There is no recursion, and nothing is allocated. Arrays that a kernel does not write are constant.
+The functions of a kernel share its cells in a struct. Each loop has a counter and ends after `TURNS` iterations at the latest, more
+than any kernel needs. There is no recursion and no allocation. Arrays that a kernel does not write are declared const.
 """
 
 from collections.abc import Collection, Mapping
@@ -13,9 +13,9 @@ from kane.program.kernel import language
 from kane.program.kernel.language import Argument, ArrayOf, Callee, Integer, Kernel, Value
 
 TURNS = 1_000_000_000
-"""No loop has more turns."""
+"""The bound on the iterations of every loop."""
 LONGEST = 40
-"""Lines of a block above which it is a function of its own."""
+"""The number of lines beyond which a block becomes a function."""
 
 
 def emit_kernel_c(
@@ -27,9 +27,9 @@ def emit_kernel_c(
 ) -> str:
     """The text of the function `int64_t <name>(arguments)`; it needs <math.h>, <stdbool.h> and <stdint.h>.
 
-    Routines that the kernel calls are arguments, pointers to functions, but for `routines`: they are the C functions of these names.
-    `linkage` stands before the function. `whose` motion it is, a name and its declaration, is an argument
-    before the others, which routines that are `asking` take too.
+    Routines that the kernel calls are function pointers among the arguments, except those in `routines`, which maps them to the names
+    of C functions. `linkage` is a prefix such as "static". `whose`, a name and its declaration, identifies the motion: it is the first
+    argument of the kernel and of the routines in `asking`.
     """
     printer = _KernelPrinter(kernel, routines, whose, asking)
     printer.block(kernel.body)
@@ -76,23 +76,23 @@ def _name(a: Argument) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _BlockNames:
-    """What a block names: by names what declares them as arguments; the values that it defines."""
+    """The identifiers in a block: the argument declarations of outer names, and the values that the block defines."""
 
     names: dict[str, str] = field(default_factory=dict)
     defined: set[str] = field(default_factory=set)
 
     def note(self, name: str, declared: str) -> None:
-        """A name; what is written anywhere is not constant."""
+        """Records the use of a name; an array that is written anywhere is declared without const."""
         if name not in self.names or self.names[name].startswith("const "):
             self.names[name] = declared
 
     def outer(self) -> dict[str, str]:
-        """What it has from outside."""
+        """The names that the block uses and does not define, with their declarations."""
         return {name: declared for name, declared in self.names.items() if name not in self.defined}
 
 
 class _KernelPrinter(CPrinter):
-    """The lines of a kernel, and the `functions` of its long blocks."""
+    """Prints a kernel; `functions` are those of its long blocks."""
 
     def __init__(
         self, kernel: Kernel, routines: Mapping[str, str] | None, whose: tuple[str, str], asking: Collection[str]
@@ -118,7 +118,7 @@ class _KernelPrinter(CPrinter):
     # ------------------------------------------------------------------------------------------------------ names
 
     def text(self, operand: language.Operand, lane: str = "k") -> str:
-        """An operand, which is noted."""
+        """The text of an operand; its use is recorded."""
         if isinstance(operand, Value):
             kind = KINDS[operand.type.kind]
             wide = operand.type.width > 1
@@ -126,32 +126,32 @@ class _KernelPrinter(CPrinter):
         return super().text(operand, lane)
 
     def define(self, value: language.Operand, text: str) -> None:
-        """A value, which is noted."""
+        """Adds the definition of a value, and records it."""
         self.scope.defined.add(f"v{value}")
         super().define(value, text)
 
     def at(self, s: language.Address | language.Read | language.Write, type_: language.Type) -> str:
-        """A number of an array, which is noted."""
+        """An element of an array; its use is recorded."""
         self.scope.note(s.base, f"{'' if isinstance(s, language.Write) else 'const '}double *{s.base}")
         return super().at(s, type_)
 
     def cell(self, s: language.Get | language.Put) -> str:
-        """A cell, which is noted."""
+        """A cell; its use is recorded."""
         self.scope.note("c", f"{'const ' if isinstance(s, language.Get) else ''}{self.kernel.name}_cells *c")
         return _cell(s.cell)
 
     # ------------------------------------------------------------------------------------------------- statements
 
     def get(self, s: language.Get) -> None:
-        """A value from a cell."""
+        """Adds a read of a cell."""
         self.define(s.value, self.cell(s))
 
     def put(self, s: language.Put) -> None:
-        """A value to a cell."""
+        """Adds an assignment to a cell."""
         self.add(each(s.cell.type, f"{self.cell(s)} = {self.text(s.value)};"))
 
     def call(self, s: language.CallRoutine) -> None:
-        """A routine that the kernel was given; the last address that it takes is what it writes to."""
+        """Adds a call of a routine; it writes to the last address among its arguments."""
         for a in [a for a in s.arguments if isinstance(a, language.Address)][-1:]:
             self.scope.note(a.base, f"double *{a.base}")
         given = [
@@ -168,7 +168,7 @@ class _KernelPrinter(CPrinter):
         self.add(f"{name}({', '.join(given)});")
 
     def choice(self, s: language.If) -> None:
-        """One of two blocks."""
+        """Adds an if statement."""
         self.add(f"if ({self.text(s.condition)}) {{")
         self.within(s.then)
         if s.other:
@@ -177,7 +177,7 @@ class _KernelPrinter(CPrinter):
         self.add("}")
 
     def loop(self, s: language.While) -> None:
-        """A block as long as a condition holds."""
+        """Adds a while loop."""
         self.turns += 1
         turn = f"turn{self.turns}"
         self.add(f"for (int64_t {turn} = 0; {turn} < {TURNS}; {turn}++) {{")
@@ -187,7 +187,7 @@ class _KernelPrinter(CPrinter):
         self.add("}")
 
     def count(self, s: language.For) -> None:
-        """A block for each integer."""
+        """Adds a for loop."""
         start, stop, index = (self.text(x) for x in (s.start, s.stop, s.counter))
         self.scope.defined.add(index)
         self.add(f"for (int64_t {index} = {start}; {index} < {stop}; {index}++) {{")
@@ -195,7 +195,7 @@ class _KernelPrinter(CPrinter):
         self.add("}")
 
     def within(self, block: language.Block) -> None:
-        """A block in braces: its lines, or the call of a function of them where they are many."""
+        """Adds a block in braces, or, if it is long, the call of a function with its lines."""
         lines, depth, scope = self.lines, self.depth, self.scope
         self.lines, self.scope = [], _BlockNames()
         self.depth = depth + 1

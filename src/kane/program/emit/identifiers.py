@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names and text of models as identifiers, string literals and comments of C and Python.
+"""Names and texts of models as identifiers, string literals and comments of C and Python.
 
-Names and descriptions may hold anything: nothing in them may end the literal or the comment they are put into.
+Names and descriptions may contain any characters; the functions here escape those that would end a literal or a comment.
 """
 
 import keyword
@@ -53,32 +53,32 @@ _FAMILIES_C = re.compile(
 _RESERVED_PYTHON = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float", "len", "ValueError"])
 
 ARITHMETIC = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}", "neg": "-{0}"}
-"""Operations that C and Python write alike."""
+"""Operations with the same syntax in C and Python."""
 
 LONGEST_NAME = 63
-"""Letters by which C must tell names apart, and behind which MATLAB cuts them off."""
+"""The number of significant characters of an identifier in C99; MATLAB truncates longer ones."""
 
 IsFree = Callable[[str], bool]
 
 
 def is_free_in_c(name: str) -> bool:
-    """Whether C, C++ and the headers of mathematics leave `name` to a program."""
+    """Whether `name` is neither reserved in C or C++ nor declared in their mathematical headers."""
     return name not in _RESERVED_C and not _FAMILIES_C.fullmatch(name)
 
 
 def is_free_in_python(name: str) -> bool:
-    """Whether Python and the emitted module's own lines leave `name` to a program."""
+    """Whether `name` is neither reserved in Python nor used by the fixed lines of an emitted module."""
     return name not in _RESERVED_PYTHON
 
 
 def identifier(text: str) -> str:
-    """`text` in ASCII letters, digits and single underscores: "θ₁'" → "theta1"; "" where no letter comes first."""
+    """`text` in ASCII letters, digits and single underscores: "θ₁'" → "theta1"; "" if the result would not begin with a letter."""
     name = re.sub(r"[^A-Za-z0-9]+", "_", "".join(map(_ascii, unicodedata.normalize("NFKC", text)))).strip("_")
     return name if name[:1].isalpha() else ""
 
 
 def word(text: str, what: str) -> str:
-    """`text` as it is where that is an identifier in ASCII, else made one, `what` before it where no letter comes first."""
+    """`text` if it is an ASCII identifier, else converted to one, with the prefix `what` if it would not begin with a letter."""
     return text if text.isascii() and text.isidentifier() else identifier(text) or identifier(f"{what}_{text}")
 
 
@@ -91,14 +91,14 @@ def _ascii(c: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What a program's values are called in a language: its `arguments`, a port or vector each, and its `inputs`."""
+    """The identifiers of a program in one language: `arguments`, one for each port or vector, and `inputs`."""
 
     program: Program
     arguments: dict[str, str]
     inputs: tuple[str, ...]
 
     def of(self, function: Function, number: Callable[[float], str]) -> dict[int, str]:
-        """The name of each value of a function: h3 of what was hoisted, z12 of what it computes, a number of a constant."""
+        """The identifier of each value of a function: h3 for hoisted values, z12 for computed values, a literal for constants."""
         taken = (*self.inputs, *self.arguments.values())
         h, z = stem("h", taken), stem("z", taken)
         names = dict(enumerate((*self.inputs, *map(number, self.program.constants))))
@@ -108,7 +108,7 @@ class Names:
 
 
 def local_names(program: Program, is_free: IsFree) -> Names:
-    """Names of arguments and inputs: an input's own where that is a short identifier and its alone, else port and place: x0, p3."""
+    """Names of arguments and inputs: an input's name if it is a short and unique identifier, else the port and an index: x0, p3."""
     ports = distinct([port.name for port in program.ports], is_free, VECTORS.values())
     arguments = dict(zip((port.name for port in program.ports), ports, strict=True)) | VECTORS
     names = [identifier(s.name) for s in program.inputs]
@@ -126,7 +126,7 @@ def local_names(program: Program, is_free: IsFree) -> Names:
 
 
 def stem(base: str, taken: Iterable[str]) -> str:
-    """`base`, its last letter repeated until no taken name is it with a number."""
+    """`base`, with its last letter repeated until no taken name consists of it and a number."""
     numbered = {n.rstrip("0123456789") for n in taken if n[-1:].isdigit()}
     while base in numbered:
         base += base[-1]
@@ -134,7 +134,7 @@ def stem(base: str, taken: Iterable[str]) -> str:
 
 
 def distinct(bases: Iterable[str], is_free: IsFree, taken: Collection[str] = ()) -> list[str]:
-    """The wanted names, "kane_" before those that are not free, a number behind those that were there before."""
+    """Distinct names: `bases` with the prefix "kane_" where they are not free, and a number appended to repeated ones."""
     used = set(taken)
     names = []
     for base in bases:
@@ -145,7 +145,7 @@ def distinct(bases: Iterable[str], is_free: IsFree, taken: Collection[str] = ())
 
 
 def numbered(base: str, used: set[str]) -> str:
-    """`base`, with a number behind it where that is used; it is used from now on."""
+    """`base`, with a number appended if it is already used; adds the result to `used`."""
     name, k = base, 2
     while name in used:
         name, k = f"{base}_{k}", k + 1
@@ -154,24 +154,24 @@ def numbered(base: str, used: set[str]) -> str:
 
 
 def made_by(version: str) -> str:
-    """Where the text comes from."""
+    """The note that names kane and its version as the source of the text."""
     return f"Made by kane{' ' if version else ''}{version}: derive and emit again instead of editing."
 
 
 def decimal(value: float, nan: str, infinity: str) -> str:
-    """An operand that is exactly `value`: the shortest decimal number that reads back as it."""
+    """The shortest decimal literal that reads back as exactly `value`, or the text of NaN or infinity."""
     if math.isfinite(value):
         return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
     return nan if math.isnan(value) else infinity if value > 0 else f"(-{infinity})"
 
 
 def c_number(value: float) -> str:
-    """An operand of C that is exactly `value`."""
+    """A C expression of exactly `value`."""
     return decimal(value, "NAN", "INFINITY")
 
 
 def c_string(text: str) -> str:
-    """A string literal of C in UTF-8; what does not print, and the second ? of a trigraph, is escaped."""
+    """A C string literal in UTF-8; nonprinting characters and the second ? of a trigraph are escaped."""
     escaped = "".join(_C_ESCAPES.get(c) or (c if c.isprintable() else _octal(c)) for c in text)
     return '"' + re.sub(r"(?<=\?)\?", r"\?", escaped) + '"'
 
@@ -184,17 +184,17 @@ def _octal(c: str) -> str:
 
 
 def c_comment(text: str) -> str:
-    """One line that neither ends a comment of C nor joins the next line to it."""
+    """`text` as one line that neither ends a C comment nor continues it on the next line."""
     line = "".join(c if c.isprintable() else " " for c in text).replace("\\", "∖")
     return re.sub(r"(?<=[*/?])(?=[*/?])", " ", line)
 
 
 def python_comment(text: str) -> str:
-    """One line of printing characters."""
+    """`text` as one line of printing characters."""
     return repr(text)[1:-1].replace("\\\\", "\\")
 
 
 def python_docstring(text: str) -> str:
-    """A docstring whose value is `text`."""
+    """A docstring literal whose value is `text`."""
     body = "".join(c if c == "\n" or (c.isprintable() and c != "\\") else repr(c)[1:-1] for c in text)
     return '"""' + re.sub(r'"(?="|\Z)', r"\"", body) + '"""'

@@ -1,26 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Programs and kernels as the text of LLVM modules.
 
-The functions of Programs are, for each Program, `hoist(parameters, h)`, and for each routine
+The functions of each Program are `hoist(parameters, h)`, and for each routine
 
-    <name>(ports, h, out)       the kernel
-    <name>.call(block)          one evaluation in a caller's private block (see `BlockLayout`)
-    <name>.batch(n, …)          many, with a stride in rows for each port
+    <name>(ports, h, out)       one evaluation
+    <name>.call(block)          one evaluation in a private memory block of the caller (see `BlockLayout`)
+    <name>.batch(n, …)          n evaluations, with a stride for each port
 
-Vectors are passed as pointers to doubles. Sines and cosines of angles that are known at the same time are computed side by side
-in the lanes of a vector.
+Vectors are passed as pointers to doubles. Sines and cosines of several available angles are computed in the lanes of one vector.
 
-A routine at several states at once is one function, `<name>.lanes<width>(ports, h, out)`, in which every port is a pointer. With
-parameters of their own it is `<name>.own<width>(mask, ports, h, out)`.
+A routine at several states at once is one function, `<name>.lanes<width>(ports, h, out)`, in which every port is a pointer; with
+different parameters in each lane it is `<name>.own<width>(mask, ports, h, out)`.
 
-The two functions through which Python enters a kernel, as LLVM text.
+Python enters a routine through two of these functions.
 
 `<name>.call(block)` works on one contiguous block of doubles that belongs to one thread: [ports of each evaluation | parameters |
-parameters as hoisted | h | out], each section padded to a whole number of vectors. It hoists again where a parameter has changed, and
-returns 1 where an input is not finite, 2 where a result is not, 3 for both, else 0.
+parameters at the last hoisting | h | out], each section padded to a multiple of the vector width. It computes h again if a parameter
+has changed, and returns the sum of 1 if an input and 2 if a result is not finite.
 
-`<name>.batch(n, a, sa, b, sb, …, h, out)` evaluates n rows; the stride (in doubles) of a port is 0 where all rows share its values.
-It returns the first row with a result that is not finite, or −1.
+`<name>.batch(n, a, sa, b, sb, …, h, out)` evaluates n rows; the stride (in doubles) of a port is 0 if all rows share its values. It
+returns the first row with a result that is not finite, or −1.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -35,12 +34,12 @@ from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read
 from kane.program.program import WHOLE, Port, Program, Routine
 
 LANES = Lanes(4)
-"""The vectors in which entries look through a block."""
+"""The vector type with which entries check and compare the sections of a block."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlockLayout:
-    """Where each port's values, in the ports' order, and each other section of the block of `<name>.call` begin, in doubles."""
+    """The offsets, in doubles, of the ports' values, in the order of the ports, and of the sections of the block of `<name>.call`."""
 
     ports: tuple[int, ...]
     parameters: int
@@ -53,7 +52,8 @@ class BlockLayout:
 def block(program: Program, routine: Routine) -> BlockLayout:
     """The layout of the routine's block.
 
-    Without parameters too there is room for one: reciprocals of constants are hoisted, and "as hoisted" says whether they are.
+    Without parameters their sections still have one vector: reciprocals of constants are hoisted too, and the section "parameters at
+    the last hoisting" tells whether they have been computed.
     """
     at, end = dict[str, int](), 0
     for port in program.ports:
@@ -72,7 +72,7 @@ def block(program: Program, routine: Routine) -> BlockLayout:
 
 
 def helpers() -> str:
-    """What the entries of all routines call: is a section not finite; do two differ in a bit, as 0.0 and −0.0 do? None is empty."""
+    """The checks that entries call: whether a section is not finite, whether two differ in a bit (as 0.0, −0.0). None is empty."""
     n, double, integer, truth = LANES.width, LANES.double, LANES.of("i64"), LANES.of("i1")
     return f"""
 declare double @llvm.vector.reduce.fadd.{LANES.suffix}(double, {double})
@@ -119,7 +119,7 @@ end:
 
 
 def call_entry(program: Program, routine: Routine, hoist: str) -> str:
-    """The text of `<name>.call`; `hoist` is the name of the function that gives h."""
+    """The text of `<name>.call`; `hoist` is the name of the function that computes h."""
     b = block(program, routine)
     sections = {vector(port.name): at for port, at in zip(program.ports, b.ports, strict=True)}
     sections |= {"%parameters": b.parameters, "%hoisted": b.hoisted, "%h": b.h, "%out": b.out}
@@ -148,7 +148,7 @@ define i32 @{routine.name}.call(ptr noalias align 64 %block) nounwind {{
 
 
 def _call(function: str, ports: tuple[Port, ...], rest: str, label: str, at: str = "") -> str:
-    """A call with the values of ports at hand; `label` tells the numbers that it loads from those of other calls."""
+    """A call with the values of ports as arguments; `label` is a unique prefix of the names of the scalars that it loads."""
     loads = [
         f"  {vector(p.name)}.{label} = load double, ptr {vector(p.name)}{at}, align 8\n" for p in ports if p.scalar
     ]
@@ -157,7 +157,7 @@ def _call(function: str, ports: tuple[Port, ...], rest: str, label: str, at: str
 
 
 def batch_entry(program: Program, routine: Routine, hoist: str) -> str:
-    """The text of `<name>.batch`; `hoist` is the name of the function that gives h."""
+    """The text of `<name>.batch`; `hoist` is the name of the function that computes h."""
     size, hoisted = len(routine.results), program.hoisted_ports
     names = [vector(port.name) for port in program.ports]
     moves = "\n".join(
@@ -217,14 +217,14 @@ done:
 
 
 _WHOLE, _MATRIX = 2_500, 6_000
-"""Instructions up to which a routine is one function, and one whose results are a matrix: it runs up to a fifth faster than in pieces,
-and is compiled as soon up to there; the columns of a matrix have little to tell each other. Longer ones no longer fit the cache."""
+"""Maximum numbers of instructions of a routine, and of one whose result is a matrix, that is not split. One function runs up to a
+fifth faster than several and up to these lengths compiles as fast; columns of a matrix share little. Longer code exceeds the cache."""
 
 
 def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
-    """The module's text; the same programs and options give the same text. The names of all routines must differ.
+    """The module's text, a deterministic function of programs and options. The names of all routines must differ.
 
-    `contract` allows a·b + c in one rounding, `lanes` is the width of the machine's vectors in doubles.
+    `contract` permits one rounding of a·b + c; `lanes` is the vector width of the machine in doubles.
     """
     module = _LlvmModule(contract, lanes)
     texts = [helpers()]
@@ -239,8 +239,8 @@ def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4
 def emit_wide(program: Program, routine: Routine, width: int, contract: bool = True) -> str:
     """The module of a routine at `width` states at once.
 
-    Of ports of the tier "parameter", and of h, a number stands for all states; of the others, and of the results, each number is
-    `width` doubles side by side, one a state.
+    An element of a port of the tier "parameter", or of h, is one double for all states; an element of another port or of the results
+    is `width` consecutive doubles, one for each state.
     """
     module = _LlvmModule(contract, 1, width)
     return module.text(
@@ -249,9 +249,9 @@ def emit_wide(program: Program, routine: Routine, width: int, contract: bool = T
 
 
 def emit_masked(program: Program, routine: Routine, width: int, contract: bool = True) -> str:
-    """The module of a routine at `width` states at once, each with parameters of its own, and of the hoisting for it.
+    """The module of a routine at `width` states at once, each with its own parameters, and of the corresponding hoisting function.
 
-    Of each function the first argument is an integer, whose bits say in which lanes it writes.
+    The first argument of each function is an integer whose bits select the lanes in which it writes.
     """
     module = _LlvmModule(contract, 1, width, masked=True)
     (hoist,) = hoists([program])
@@ -260,7 +260,7 @@ def emit_masked(program: Program, routine: Routine, width: int, contract: bool =
 
 
 def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
-    """The text of a module with the one function `i64 @<name>(arguments)`; addresses of arrays and routines are pointers."""
+    """The text of a module with the one function `i64 @<name>(arguments)`; arrays and routines are pointers."""
     calls = Calls()
     printer = LlvmPrinter(calls, "contract " * contract)
     types = [(f"%cell.{c.name}", typed(c.type)) for c in kernel.cells]
@@ -272,7 +272,7 @@ def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
 def emit_kernel_lanes(kernel: Kernel, width: int, shared: Collection[str] = (), contract: bool = True) -> str:
     """The module of `i64 @<name>.own<width>(arguments)`, the kernel for `width` instances at once; it returns the largest result.
 
-    Of arrays but for those that they have `shared`, each number is `width` doubles side by side. Routines are those of `emit_masked`.
+    An array element, unless `shared`, is `width` consecutive doubles, one per instance. Routines are those of `emit_masked`.
     """
     calls = Calls()
     printer = LanesPrinter(calls, "contract " * contract, width, varying(kernel, shared))
@@ -290,7 +290,7 @@ def _kernel_text(
     rooms: Sequence[str],
     body: Sequence[str],
 ) -> str:
-    """The module of a kernel, whose `cells` have types."""
+    """The module of a kernel; `cells` are (name, LLVM type)."""
     arguments = ", ".join(
         f"i64 %v{a.value}"
         if isinstance(a, Integer)
@@ -307,10 +307,10 @@ def _kernel_text(
 
 
 def selection() -> str:
-    """The module of `select.one` and `select.wide`, which call one of several routines of the same ports, and of their `select.hoist`.
+    """The module of `select.one`, `select.wide` and `select.hoist`, which call one of several routines with the same ports.
 
-    Their h is a table: the place of a number in p, how many routines there are, and of each where it, its hoisting and its h begin.
-    The number says which one is called.
+    Their h is a table: the index in p of the number that selects the routine, the number of routines, and for each routine the
+    addresses of its code, of its hoisting function and of its h.
     """
     take = """  %place = load i64, ptr %h
   %at = getelementptr double, ptr %p, i64 %place
@@ -336,7 +336,7 @@ define void @select.{name}({time} %t, ptr %x, ptr %p, ptr %r, ptr %h, ptr %out) 
 
 
 def masked_selection(width: int) -> str:
-    """The module of `select.own<width>`: in each of `width` lanes, bits of the first argument, the routine that is called is its own.
+    """The module of `select.own<width>`: each of `width` lanes enabled by the first argument, a bit mask, selects its own routine.
 
     h is that of `selection`, with routines of `emit_masked`.
     """
@@ -362,7 +362,7 @@ def masked_selection(width: int) -> str:
 
 
 def _for_each_known(name: str, names: Sequence[str], before: str, what: str, column: int, wanted: str = "") -> str:
-    """A function that calls, for each routine in the table of a selection that is known and `wanted`, what is in its `column`."""
+    """A function that calls the function in `column` of the table of a selection for each routine that is set and `wanted`."""
     own = {"h": "own"} | ({"mask": "own.mask"} if wanted else {})
     kinds = ["i64" if n == "mask" else "ptr" for n in names]
     arguments, given = (
@@ -400,9 +400,9 @@ end:
 
 
 def bound_call(count: int) -> str:
-    """The module of `kept.call<count>`, which calls a kernel of so many arguments, and returns what it returns.
+    """The module of `kept.call<count>`, which calls a kernel with `count` arguments and returns its result.
 
-    They stand in a block: who calls, what is called, the arguments.
+    Its argument is a block: the address of this function, the address of the kernel, the arguments.
     """
     lines = [
         f"  %at{k} = getelementptr i64, ptr %block, i64 {k + 2}\n  %a{k} = load i64, ptr %at{k}" for k in range(count)
@@ -419,7 +419,7 @@ def bound_call(count: int) -> str:
 
 
 def _bound_call_row(which: int) -> str:
-    """The beginning of a function that makes a call of the table %h: %row is one of the three of its row."""
+    """The beginning of a function that uses a call in the table %h; %row is the entry `which` (0 to 2) of the current call."""
     return f"""  %number = load double, ptr %h
   %k = fptosi double %number to i64
   %three = mul i64 %k, 3
@@ -430,7 +430,7 @@ def _bound_call_row(which: int) -> str:
 
 
 def bound_calls() -> str:
-    """The module of `kept.make`, `hoist`, `look` and `drive`, which make one of the calls in a table (`KeptCalls`)."""
+    """The module of `kept.make`, `hoist`, `look` and `drive`, which use one of the calls in a table (`KeptCalls`)."""
     looks = "\n".join(
         f"""define void @kept.{name}(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
 {_bound_call_row(2)}  %p = load ptr, ptr %row
@@ -481,25 +481,25 @@ end:
 
 
 def hoists(programs: Sequence[Program]) -> list[str]:
-    """The names of the functions that hoist, one a Program."""
+    """The names of the hoisting functions, one for each Program."""
     return [f"{program.routines[0].name}.hoist" for program in programs]
 
 
 def wide_name(routine: str, width: int) -> str:
-    """The name of the function of several states."""
+    """The name of the function that evaluates a routine at several states."""
     return f"{routine}.lanes{width}"
 
 
 def masked_name(routine: str, width: int) -> str:
-    """The name of the function of several states with parameters of their own, or of a kernel of several instances."""
+    """The name of the function of several states, each with its own parameters, or of a kernel for several instances."""
     return f"{routine}.own{width}"
 
 
 @dataclass(frozen=True, slots=True)
 class _LlvmModule:
-    """The functions so far, of `width` states at once; sines are up to `lanes` side by side.
+    """Collects the functions of a module for `width` states at once, with vectors of up to `lanes` sines.
 
-    Where they are `masked` each state has parameters of its own, and results are written in some lanes alone.
+    If `masked`, each state has its own parameters, and results are written only in selected lanes.
     """
 
     contract: bool
@@ -509,7 +509,7 @@ class _LlvmModule:
     calls: Calls = field(default_factory=Calls)
 
     def text(self, functions: Iterable[str]) -> str:
-        """Functions, after what they call."""
+        """The module: declarations and functions that others call, then `functions`."""
         sines = [llvm_sincos(width, self.contract) for width in sorted(self.calls.sines)]
         for name in ("sin", "cos") if sines else ():
             self.calls.declare(name, "double", 1)
@@ -524,7 +524,7 @@ class _LlvmModule:
         return self.function(program, function, routine.name, _MATRIX if len(routine.shape) > 1 else _WHOLE)
 
     def function(self, program: Program, function: walk.Function, name: str, whole: float) -> str:
-        """One function, or several with one that calls them in turn."""
+        """The definition of a function, or, if it is long, of several and one that calls them in turn."""
         style = walk.Style(lazy=True, lanes=self.lanes, whole=whole)
         parts = walk.pieces(program, function, style)
         scalars = _scalars(program) if self.width == 1 else {}
@@ -567,7 +567,7 @@ class _LlvmModule:
         return LlvmPrinter(self.calls, flags, common, self.width, frozenset(shared), near, masked)
 
     def _loaded(self, program: Program, body: list[Statement]) -> list[Statement]:
-        """The statements, after loads of the scalars that they read where these are pointers."""
+        """The statements, preceded by loads of the scalars that they read where scalars are passed by pointer."""
         if self.width == 1:
             return body
         read = {a for s in body for a in _read(s)}
@@ -576,7 +576,7 @@ class _LlvmModule:
 
 
 def _mask(width: int) -> list[str]:
-    """The lines that make truth values of lanes of bits."""
+    """The lines that convert the bits of a mask to a vector of truth values."""
     return [f"  %mask.own = trunc i64 %mask to i{width}", f"  %lanes = bitcast i{width} %mask.own to <{width} x i1>"]
 
 
@@ -589,7 +589,7 @@ def _constants(program: Program, width: int = 1) -> dict[int, str]:
 
 
 def _scalars(program: Program) -> dict[int, str]:
-    """Ports that are scalars."""
+    """The names of the scalar ports, by value."""
     ports = (port for port in program.ports for _ in port.symbols)
     return {i: vector(port.name) for i, port in enumerate(ports) if port.scalar}
 
@@ -597,7 +597,7 @@ def _scalars(program: Program) -> dict[int, str]:
 def _passed(
     scalars: Mapping[int, str], body: Sequence[Statement], near: Mapping[str, Near]
 ) -> Iterator[tuple[str, str, str]]:
-    """The arguments of a piece: kind, name, and for those that the caller computes how. Scalars that it does not read are left out."""
+    """The arguments of a piece: kind, name, and how the caller computes it, if it must. Scalars that it does not read are omitted."""
     for base, own in near.items():
         for k, place in enumerate(own.places):
             yield "ptr", f"{vector(base)}.{k}", f"getelementptr double, ptr {vector(base)}, i64 {place}"

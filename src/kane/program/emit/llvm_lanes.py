@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels as lines of LLVM for several instances at once, one a lane of vectors.
+"""Kernels in LLVM for several instances at once, one in each lane of vectors (single program, multiple data).
 
-Each double of an array is `width` of them side by side, one a lane, but in `shared` arrays. What is the same in all lanes is one
-number (`varying`): what is read from an array differs, unless all instances share the array, and so does what is computed of that,
-what a cell holds that is written by some lanes alone, and which statements run where a condition differs. The rest is computed once
-for all lanes: sizes, counters of loops of such sizes, places in arrays. A choice is made by the lanes for which its condition holds,
-and a loop is run by those for which it still does: the others keep what they had. A block that no lane runs is jumped over.
+An element of an array is `width` consecutive doubles, one for each instance, except in `shared` arrays. A value that is equal in all
+lanes is a scalar (`varying` finds the others): a read from an array that is not shared varies, and so do the values computed from it,
+a cell that only some lanes write, and statements under a varying condition. Sizes, loop counters and array indices are usually equal
+in all lanes and computed once. Under a varying condition a branch or loop runs with a mask of the lanes for which the condition holds;
+the other lanes keep their values. A block for which the mask is empty is skipped.
 
-A routine is told by bits which lanes it writes; each number that it takes is an address of one for each lane.
+A routine receives the mask as bits; each number passed to it is the address of one per lane.
 """
 
 from collections.abc import Collection
@@ -37,7 +37,7 @@ from kane.program.kernel.language import (
 
 @dataclass(slots=True)
 class Varying:
-    """The numbers of values, and the cells, that may differ between lanes; those of `shared` arrays are the same in all."""
+    """The values (by number) and cells that may differ between lanes; elements of `shared` arrays are equal in all lanes."""
 
     shared: frozenset[str]
     values: set[int] = field(default_factory=set)
@@ -48,15 +48,15 @@ class Varying:
 
 
 def varying(kernel: Kernel, shared: Collection[str]) -> Varying:
-    """What differs between the lanes of a kernel."""
+    """The values and cells of a kernel that differ between lanes: the fixed point of a dataflow analysis."""
     result, before = Varying(frozenset(shared)), -1
-    while before < (before := len(result.values) + len(result.cells)):  # what is put into a cell is read before it, too
+    while before < (before := len(result.values) + len(result.cells)):  # a loop reads cells before it writes them
         _note(result, kernel.body, apart=False)
     return result
 
 
 def _note(found: Varying, block: Block, apart: bool) -> None:
-    """What differs in a block, which some lanes alone may run where they are `apart`."""
+    """Marks the values and cells that differ in a block; `apart`: only some lanes may run it."""
     for s in block:
         if isinstance(s, Compute):
             _mark(found, s.value, any(a in found for a in s.arguments))
@@ -82,7 +82,7 @@ def _mark(found: Varying, value: Operand, differs: bool) -> None:
 
 
 class LanesPrinter(LlvmPrinter):
-    """The lines of one kernel; `mask` is the name of the truth values that say which lanes run, "" where all do."""
+    """Prints a kernel for several lanes; `mask` is the name of the vector of truth values of the running lanes, "" if all run."""
 
     def __init__(self, calls: Calls, flags: str, width: int, varying: Varying) -> None:
         super().__init__(calls, flags, width=width, shared=varying.shared)
@@ -94,15 +94,15 @@ class LanesPrinter(LlvmPrinter):
     # ------------------------------------------------------------------------------------------------------- values
 
     def new(self, what: str) -> str:
-        """A name that nothing else has."""
+        """A unique name."""
         return f"%{what}{len(self.lines)}"
 
     def wide_type(self, type_: Type) -> str:
-        """A type in every lane."""
+        """The vector type with one value of a type per lane."""
         return typed(Type(type_.kind, self.width))
 
     def wide(self, operand: Operand) -> str:
-        """An operand in every lane."""
+        """An operand as a vector over lanes."""
         if operand in self.varying:
             return self.names[operand]
         type_ = language.type_of(operand)
@@ -113,13 +113,13 @@ class LanesPrinter(LlvmPrinter):
         return name
 
     def room(self, what: str, type_: str) -> str:
-        """A place on the stack."""
+        """A variable on the stack."""
         name = self.new(what)
         self.rooms.append(f"  {name} = alloca {type_}")
         return name
 
     def choose(self, type_: str, value: str, before: str, mask: str) -> str:
-        """The value in lanes that run, in others what was there before."""
+        """The value in running lanes, and `before` in the others."""
         if not mask:
             return value
         name = self.new("kept")
@@ -127,11 +127,11 @@ class LanesPrinter(LlvmPrinter):
         return name
 
     def where(self, condition: str) -> str:
-        """The lanes that run and for which a condition holds; of others it may be anything, so no `and` of the two."""
+        """The running lanes for which a condition holds; not an `and`, because the condition may be undefined in other lanes."""
         return self.choose(self.some, condition, "zeroinitializer", self.mask)
 
     def compute(self, s: language.Compute) -> None:
-        """An operation, in all lanes where it differs."""
+        """Adds an operation, on scalars or in all lanes."""
         if s.value not in self.varying:
             super().compute(s)
             return
@@ -141,7 +141,7 @@ class LanesPrinter(LlvmPrinter):
     # ------------------------------------------------------------------------------------------------------- memory
 
     def place(self, base: str, offset: Operand) -> str:
-        """The address of a number, or of those of all lanes."""
+        """The address of a scalar element, or of the elements of all lanes."""
         if offset in self.varying:
             raise ProgramError(f"Expected a place in {base} that all lanes share: a routine takes one address.")
         name, kind = self.new("a"), "double" if base in self.shared else self.kind
@@ -149,7 +149,7 @@ class LanesPrinter(LlvmPrinter):
         return name
 
     def places(self, base: str, offset: Operand) -> str:
-        """The addresses of the numbers of an array that lanes read at places of their own."""
+        """The addresses of array elements at an index that varies between lanes."""
         name, at, kind = self.new("a"), self.wide(offset), self.lanes.of("i64")
         if base not in self.shared:
             lane = ", ".join(f"i64 {k}" for k in range(self.width))
@@ -160,7 +160,7 @@ class LanesPrinter(LlvmPrinter):
         return name
 
     def scattered(self, action: str, given: str) -> str:
-        """A call of what reads or writes the lanes' numbers at addresses of their own."""
+        """A gather or scatter: a call that reads or writes the lanes' elements at a vector of addresses."""
         pointers, kind = self.lanes.of("ptr"), f"v{self.width}f64.v{self.width}p0"
         reads = action == "gather"
         takes = f"{pointers}, i32, {self.some}, {self.kind}" if reads else f"{self.kind}, {pointers}, i32, {self.some}"
@@ -169,7 +169,7 @@ class LanesPrinter(LlvmPrinter):
         return f"call {result} @llvm.masked.{action}.{kind}({given})"
 
     def load(self, s: language.Read) -> None:
-        """A value from memory."""
+        """Adds a load."""
         name, mask = self.names[s.value], self.mask or self.lanes.all("i1", "true")
         if s.offset in self.varying:
             at = f"{self.lanes.of('ptr')} {self.places(s.base, s.offset)}"
@@ -180,7 +180,7 @@ class LanesPrinter(LlvmPrinter):
             self.add(f"{name} = load {kind}, ptr {self.place(s.base, s.offset)}, align 8")
 
     def store(self, s: language.Write) -> None:
-        """A value to memory, of the lanes that run."""
+        """Adds a store in the running lanes."""
         if s.base in self.shared:
             raise ProgramError(
                 f"Expected {s.base}, which all lanes share, to be read alone, got a kernel that writes to it."
@@ -198,11 +198,11 @@ class LanesPrinter(LlvmPrinter):
         return self.wide_type(cell.type) if cell in self.varying.cells else typed(cell.type)
 
     def get(self, s: language.Get) -> None:
-        """A value from a cell."""
+        """Adds a read of a cell."""
         self.add(f"{self.names[s.value]} = load {self.cell_type(s.cell)}, ptr %cell.{s.cell.name}")
 
     def put(self, s: language.Put) -> None:
-        """A value to a cell, of the lanes that run."""
+        """Adds an assignment to a cell in the running lanes."""
         if s.cell not in self.varying.cells:
             super().put(s)
             return
@@ -214,7 +214,7 @@ class LanesPrinter(LlvmPrinter):
     # ------------------------------------------------------------------------------------------------------ control
 
     def call(self, s: language.CallRoutine) -> None:
-        """A routine, for the lanes that run."""
+        """Adds a call of a routine for the running lanes."""
         given, bits = [], str(2**self.width - 1)
         if self.mask:
             bits = self.new("bits")
@@ -229,14 +229,14 @@ class LanesPrinter(LlvmPrinter):
         self.add(f"call void %{s.callee.name}(i64 {bits}{''.join(f', ptr {x}' for x in given)})")
 
     def under(self, mask: str, label: str, block: language.Block, after: str) -> None:
-        """A block behind a label, by the lanes of a mask; then it goes on behind another label."""
+        """Adds a labelled block under a mask, which then continues at the label `after`."""
         outer, self.mask = self.mask, mask
         self.labelled(label, block)
         self.mask = outer
         self.add(f"br label %{after}")
 
     def jump(self, mask: str, label: str, other: str) -> None:
-        """On behind a label if any lane of a mask is there, else behind the other."""
+        """Adds a branch to `label` if any lane of the mask is set, else to `other`."""
         bits, any_ = self.new("bits"), self.new("any")
         self.add(
             f"{bits} = bitcast {self.some} {mask} to i{self.width}",
@@ -245,7 +245,7 @@ class LanesPrinter(LlvmPrinter):
         )
 
     def choice(self, s: language.If) -> None:
-        """Both blocks, each by the lanes for which it is, if there are any."""
+        """Adds an if statement: each branch runs under its mask, unless that is empty."""
         if s.condition not in self.varying:
             super().choice(s)
             return
@@ -264,7 +264,7 @@ class LanesPrinter(LlvmPrinter):
             self.labelled(end)
 
     def loop(self, s: language.While) -> None:
-        """A block by the lanes for which a condition still holds."""
+        """Adds a while loop: it runs under the mask of the lanes for which the condition still holds."""
         if s.condition not in self.varying:
             super().loop(s)
             return
@@ -283,7 +283,7 @@ class LanesPrinter(LlvmPrinter):
         self.labelled(end)
 
     def count(self, s: language.For) -> None:
-        """A block for each integer, by the lanes for which it is in their range."""
+        """Adds a for loop: it runs under the mask of the lanes whose range contains the counter."""
         if s.start not in self.varying and s.stop not in self.varying:
             super().count(s)
             return
@@ -306,7 +306,7 @@ class LanesPrinter(LlvmPrinter):
         self.labelled(end)
 
     def largest(self, cell: language.Cell) -> list[str]:
-        """The lines that make the largest integer of the lanes' cells the %result."""
+        """The lines that assign the largest value of an integer cell over the lanes to %result."""
         kind = self.cell_type(cell)
         if cell not in self.varying.cells:
             return [f"  %result = load i64, ptr %cell.{cell.name}"]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A routine whose limbs are computed side by side, as LLVM text: packs are vectors, what limbs share are plain doubles.
+"""A routine with packs as LLVM text: packs of isomorphic instructions are vectors, other values are doubles (see `passes/limbs.py`).
 
-A lane may hold the negative of its value; its sign is known here and is made good where the value is read.
+A lane may hold the negative of its value; the sign is known at compile time and applied where the value is read.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ Signs: TypeAlias = tuple[int, ...]
 
 
 def limbs_body(program: Program, function: walk.Function, packs: Sequence[Pack], printer: LlvmPrinter) -> list[str]:
-    """The lines of a routine's function, by a printer that knows constants and scalar ports."""
+    """The lines of a routine's function; `printer` names the constants and scalar ports."""
     limbs = _Limbs(program, function, packs, printer)
     for i in function.results:
         limbs.reach(i)
@@ -28,7 +28,7 @@ def limbs_body(program: Program, function: walk.Function, packs: Sequence[Pack],
 
 
 class _Limbs:
-    """What has been reached: `vectors` by their values, with the signs of lanes, and scalars, which the printer names."""
+    """The values computed so far: `vectors` by their values, with the signs of lanes, and scalars, which the printer names."""
 
     def __init__(self, program: Program, function: walk.Function, packs: Sequence[Pack], printer: LlvmPrinter) -> None:
         self.program, self.printer, self.sources = program, printer, function.places
@@ -43,7 +43,7 @@ class _Limbs:
         self.sines: dict[tuple[int, ...], str] = {}
 
     def reach(self, result: int) -> None:
-        """Everything below a value, arguments first, without recursion."""
+        """Computes a value and everything that it depends on, arguments first, without recursion."""
         stack: list[int | Pack | None] = [result]
         while stack:
             unit = stack.pop()
@@ -62,11 +62,11 @@ class _Limbs:
                 stack += [unit, None, *reversed(self.program.arguments(unit))]
 
     def new(self) -> str:
-        """A name that nothing else has."""
+        """A unique name."""
         return f"%t{len(self.printer.lines)}"
 
     def scalar(self, i: int) -> str:
-        """The name of a value that has been reached."""
+        """The name of a computed value as a double."""
         names, add = self.printer.names, self.printer.add
         if i in names:
             return names[i]
@@ -84,7 +84,7 @@ class _Limbs:
         return name
 
     def compute(self, i: int) -> None:
-        """A value that is in no pack."""
+        """Adds an instruction that is in no pack."""
         op, arguments = self.program.op(i), self.program.arguments(i)
         operands = [self.scalar(a) for a in arguments]
         name = self.new()
@@ -95,7 +95,7 @@ class _Limbs:
         self.printer.names[i] = name
 
     def sine(self, op: Op, angles: tuple[int, ...], operand: str, lanes: Lanes) -> str:
-        """Sine or cosine of what has no sign; both are computed together."""
+        """A vector of sines or cosines; both are computed by one call."""
         if angles not in self.sines:
             self.sines[angles] = self.new()
             self.printer.sines(self.sines[angles], operand, lanes)
@@ -104,7 +104,7 @@ class _Limbs:
     # packs -------------------------------------------------------------------------------------------------------------
 
     def compute_pack(self, pack: Pack) -> None:
-        """Its vector, with the signs of its lanes."""
+        """Adds the vector of a pack, and records the signs of its lanes."""
         operands = [self.operand(operand) for operand in pack.operands]
         texts, signs = [text for text, _ in operands], [own for _, own in operands]
         both = tuple(s * t for s, t in zip(*signs, strict=True)) if len(signs) == 2 else signs[0]
@@ -122,13 +122,13 @@ class _Limbs:
             self.vectors[pack.values] = self.operation(pack.op, signed), plain
 
     def operation(self, op: Op, operands: Sequence[str]) -> str:
-        """An operation on vectors."""
+        """Adds an operation on vectors."""
         name = self.new()
         self.printer.operation(name, op, operands, self.type, self.type)
         return name
 
     def sum(self, x: str, y: str, relative: Signs) -> str:
-        """x + y as s_x (X ± Y): one addition or subtraction, of mixed signs one a + (±1) b."""
+        """x + y as s_x (X ± Y): one addition or subtraction, or a + (±1) b if the signs differ between lanes."""
         name, kind, add = self.new(), self.lanes.double, self.printer.add
         if len(set(relative)) == 1:
             add(f"{name} = {'fadd' if relative[0] > 0 else 'fsub'} {self.printer.flags}{kind} {x}, {y}")
@@ -138,7 +138,7 @@ class _Limbs:
         return name
 
     def signed(self, text: str, signs: Signs) -> str:
-        """A vector with its signs made good."""
+        """A vector with the signs applied."""
         if min(signs) > 0:
             return text
         name = self.new()
@@ -146,7 +146,7 @@ class _Limbs:
         return name
 
     def operand(self, operand: tuple[Operand, ...]) -> tuple[str, Signs]:
-        """A vector of values that have been reached, with the signs of its lanes."""
+        """A vector of computed values, and the signs of its lanes."""
         values, signs = tuple(x.value for x in operand), tuple(x.sign for x in operand)
         if all(i in self.constants for i in values):
             numbers = [self.constants[i] * s for i, s in zip(values, signs, strict=True)]
@@ -157,7 +157,7 @@ class _Limbs:
         return text, tuple(s * t for s, t in zip(signs, own, strict=True))
 
     def gathered(self, values: tuple[int, ...]) -> str:
-        """One double in each lane."""
+        """A vector of given doubles, one per lane."""
         printer, sources = self.printer, [self.sources.get(i) for i in values]
         if len(set(values)) == 1:
             number = self.scalar(values[0])

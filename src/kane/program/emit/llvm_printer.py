@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Statements as lines of LLVM: values in registers; cells of kernels on the stack, from where LLVM's own passes lift them.
+"""Statements as LLVM text: values are registers; cells of kernels are stack variables, which LLVM promotes to registers.
 
-Values of Programs are doubles, or vectors of them where several states are evaluated at once: then each number of a vector is `width`
-doubles side by side, one a state, but for those of `shared` vectors, which all states have in common. What the library computes is
-called lane by lane.
+Values of Programs are doubles, or vectors if several states are evaluated at once: then an element of a vector is `width` consecutive
+doubles, one for each state, except in `shared` vectors, which have one value for all states. Library functions are called lane by
+lane.
 
-A piece of a long function is given pointers to places of its vectors, so that its code is short. An instruction that reads memory
-holds the offset from a pointer: in one byte where that is less than 16 doubles, else in four. Of long code the processor waits
-for the bytes of its instructions, and half of them read or write memory. So a piece has several pointers into the vectors that it
-uses most: of each place one is the nearest, and no two pointers of one vector are for the same place.
+A piece of a long function receives pointers into its vectors, which makes its code shorter: an x86 memory operand has a one-byte
+offset if it is less than 16 doubles, else a four-byte one. Long code is limited by instruction fetch, and half of its instructions
+access memory. So a piece has several pointers into the vectors that it uses most; each element is addressed from the nearest pointer,
+and the ranges of the pointers into one vector do not overlap.
 """
 
 import itertools
@@ -30,44 +30,44 @@ from kane.program.kernel.language import Read, Statement, Type, Write
 
 @dataclass(frozen=True, slots=True)
 class Lanes:
-    """`width` numbers side by side: a vector, or for one a plain number."""
+    """The type of `width` numbers: a vector, or a scalar if `width` is 1."""
 
     width: int
 
     def of(self, kind: str) -> str:
-        """The type of `width` values of a kind."""
+        """The LLVM type of `width` values of a kind."""
         return f"<{self.width} x {kind}>" if self.width > 1 else kind
 
     @property
     def double(self) -> str:
-        """The type of the numbers."""
+        """The LLVM type of `width` doubles."""
         return self.of("double")
 
     @property
     def suffix(self) -> str:
-        """What the names of LLVM's functions for them end in."""
+        """The suffix of LLVM intrinsics for this type."""
         return f"v{self.width}f64" if self.width > 1 else "f64"
 
     def all(self, kind: str, value: object) -> str:
-        """A constant with one value in every lane."""
+        """A constant with the same value in every lane."""
         return f"splat ({kind} {value})" if self.width > 1 else str(value)
 
     def number(self, value: float) -> str:
-        """A number in every lane."""
+        """A constant with the same number in every lane."""
         return self.all("double", bits(value))
 
     def numbers(self, values: Sequence[float]) -> str:
-        """A constant with a number for each lane; the last one is repeated in what is left over."""
+        """A constant with a number for each lane; the last one is repeated in lanes beyond them."""
         lanes = [*values, *[values[-1]] * (self.width - len(values))]
         return bits(lanes[0]) if self.width == 1 else f"<{', '.join(f'double {bits(v)}' for v in lanes)}>"
 
     def padded(self, count: int) -> int:
-        """`count` doubles rounded up to whole vectors."""
+        """`count` doubles rounded up to a multiple of the width."""
         return -(-count // self.width) * self.width
 
 
 def bits(value: float) -> str:
-    """A double as LLVM reads it, exactly."""
+    """An exact LLVM literal of a double."""
     return f"0x{struct.pack('>d', value).hex().upper()}"
 
 
@@ -76,24 +76,24 @@ _KINDS = {"float": "double", "int": "i64", "bool": "i1"}
 
 @cache
 def typed(type_: Type) -> str:
-    """A type of the kernel language."""
+    """The LLVM type of a type of the kernel language."""
     return Lanes(type_.width).of(_KINDS[type_.kind])
 
 
 LIBRARY = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
-"""Operations that are calls of the library, of doubles alone."""
+"""Operations that are scalar calls of the C library."""
 CALLS: Mapping[Op | str, str] = {
     **{OPS[n]: n for n in LIBRARY.values()},
     **shared({"sqrt": "llvm.sqrt", "abs": "llvm.fabs"}),
     OPS["floor"]: "llvm.floor",
 }
-"""Operations that are calls, of the library or of LLVM's own functions."""
+"""Operations that are calls of the library or of LLVM intrinsics."""
 BINARY: Mapping[Op | str, str] = shared({n: f"f{n}" for n in ("add", "sub", "mul", "div")})
 _ORDERED = (
     "{r}.a = fcmp %s {t} {0}, {1}\n{r}.b = fcmp uno {t} {0}, {0}\n"
     "{r}.c = or {b} {r}.a, {r}.b\n{r} = select {b} {r}.c, {t} {0}, {t} {1}"
 )
-"""The argument that compares so with the other; a NaN is passed on, as NumPy does."""
+"""The minimum or maximum of two numbers; NaN if either is, as in NumPy."""
 _SPLAT = (
     "{r}.one = insertelement {v} poison, {t} {0}, i32 0\n"
     "{r} = shufflevector {v} {r}.one, {v} poison, <{width} x i32> zeroinitializer"
@@ -135,8 +135,8 @@ _FORMS: Mapping[str, Mapping[Op | str, str]] = {
         "any": "{r}.bits = bitcast {t} {0} to i{lanes}\n{r} = icmp ne i{lanes} {r}.bits, 0",
     },
 }
-"""By the kind of the first operand, the lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction; {t} is the type
-of the first operand, {b} that of as many truth values, {v} the result's."""
+"""The LLVM lines of the value {r} of {0}, {1}, …, by the kind of the first operand; {f} are contraction flags, {t} the type of the
+first operand, {b} the vector of as many truth values, {v} the type of the result."""
 _NUMBERS = {"zero": 0.0, "one": 1.0, "minus": -1.0, "gone": ops.GONE, "nan": math.nan}
 _GUARD = (
     "{r}.gone = fmul double {1}, {gone}\n{r}.bits = bitcast double {0} to i64\n{r}.unsigned = and i64 {r}.bits, {unsigned}\n"
@@ -148,28 +148,28 @@ _DIVIDED = "{r}.quotient = fdiv {f}double {0}, {1}\n{r} = select i1 {2}, double 
 def lines(
     op: Op | str, result: str, operands: Sequence[str], flags: str, type_: Type, made: Type, lane: int = 0
 ) -> list[str]:
-    """The lines of an operation that is no call, on operands of which the first has a type, of a result that has another."""
+    """The lines of an operation that is not a call; `type_` is the type of the first operand, `made` that of the result."""
     form = _FORMS[type_.kind][op]
     return form.format(*operands, r=result, f=flags, lane=lane, **_fields(type_, made)).split("\n")
 
 
 def guard(result: str, operands: Sequence[str]) -> tuple[list[str], str]:
-    """The lines that say whether REGULAR passes on its first operand, a double, and the name of the answer."""
+    """The lines of the test whether REGULAR returns its first operand, a double, and the name of the truth value."""
     text = _GUARD.format(*operands, r=result, gone=bits(ops.GONE), unsigned=2**63 - 1)
     return text.split("\n"), f"{result}.ok"
 
 
 def divided(result: str, operands: Sequence[str], answer: str, flags: str) -> list[str]:
-    """The lines of a division by what a guard passes on, that asks for the answer when the quotient is known."""
+    """The lines of a division by a guarded divisor: the result of the guard's test is applied after the division."""
     return _DIVIDED.format(*operands, answer, r=result, f=flags, nan=bits(math.nan)).split("\n")
 
 
 def masked_store(name: str, lanes: Lanes, value: str, address: str, mask: str) -> list[str]:
-    """The lines that store a vector in the lanes of a mask, or in all where there is none; names begin with `name`."""
+    """The lines that store a vector in the lanes of a mask, or in all if it is ""; temporaries begin with `name`."""
     kind = lanes.double
     if not mask:
         return [f"  store {kind} {value}, ptr {address}, align 8"]
-    # `volatile`, else LLVM would make one store with a mask of it, after which a load waits until memory has it
+    # `volatile` prevents one masked store, from which a subsequent load could not be forwarded
     return [
         f"  {name}.old = load volatile {kind}, ptr {address}, align 8",
         f"  {name}.new = select {lanes.of('i1')} {mask}, {kind} {value}, {kind} {name}.old",
@@ -179,7 +179,7 @@ def masked_store(name: str, lanes: Lanes, value: str, address: str, mask: str) -
 
 @cache
 def _fields(type_: Type, made: Type) -> dict[str, object]:
-    """The types and the numbers."""
+    """The fields of a form: LLVM types and vector constants."""
     lanes = Lanes(type_.width)
     numbers = {name: lanes.number(value) for name, value in _NUMBERS.items()}
     types = {"t": typed(type_), "v": typed(made), "b": lanes.of("i1"), "true": lanes.all("i1", "true")}
@@ -187,28 +187,28 @@ def _fields(type_: Type, made: Type) -> dict[str, object]:
 
 
 REACH = 16
-"""Doubles before a pointer, and from it on, that an offset of one byte reaches."""
+"""The number of doubles before a pointer, and from it on, that a one-byte offset reaches."""
 _MOST = 8
-"""Pointers of a piece: few more are in registers than those in which arguments are passed."""
+"""The maximum number of pointers of a piece: about as many as there are registers for arguments."""
 _WORTH = 6
-"""Reads and writes for which another pointer is worth being computed and passed."""
+"""The minimum number of accesses that justifies another pointer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """The places of a vector to which there are pointers, ascending, and the last place for which each but the last is the nearest."""
+    """Pointers into a vector: their ascending indices `places`, and for each but the last the `last` index to which it is nearest."""
 
     places: tuple[int, ...]
     last: tuple[int, ...]
 
     def nearest(self, place: int) -> tuple[int, int]:
-        """Which pointer is the nearest to a place, and the offset from it."""
+        """The pointer nearest to an index, and the offset from it."""
         k = bisect_left(self.last, place)
         return k, place - self.places[k]
 
 
 def pointed(body: Iterable[Statement]) -> dict[str, Near]:
-    """Of each vector that statements read or write, the places to which pointers save the most."""
+    """For each vector that statements access, the indices at which pointers shorten the most instructions."""
     used: dict[str, Counter[int]] = {}
     for s in body:
         if isinstance(s, Read | Write) and isinstance(s.offset, int):
@@ -216,7 +216,7 @@ def pointed(body: Iterable[Statement]) -> dict[str, Near]:
     chosen: dict[str, list[int]] = {base: [] for base in used}
     best = {base: _window(count) for base, count in used.items()}
     while best:
-        # the first one of each vector is wanted whatever it saves
+        # the first pointer of each vector is required
         base = max(best, key=lambda b: (not chosen[b], best[b][1]))
         start, saved = best[base]
         if chosen[base] and (saved < _WORTH or sum(map(len, chosen.values())) >= _MOST):
@@ -236,7 +236,7 @@ def _near(places: Sequence[int]) -> Near:
 
 
 def _window(count: Counter[int]) -> tuple[int, int]:
-    """The first of as many places in a row as one pointer reaches, and how often those are used, for the most of them."""
+    """The start of the range of one pointer with the most accesses, and their number."""
     places: Sequence[int] = sorted(count)
     total = [0]
     for place in places:
@@ -247,22 +247,22 @@ def _window(count: Counter[int]) -> tuple[int, int]:
 
 
 _SHORT = 600
-"""Statements up to which the time of a piece is that of what waits for each other."""
+"""The number of statements up to which latency, not instruction fetch, limits a piece."""
 FEW = (
     "!0 = distinct !{!0, !1, !2}",
     '!1 = !{!"llvm.loop.unroll.disable"}',
     '!2 = !{!"llvm.loop.vectorize.enable", i1 false}',
 )
-"""What is said of loops that are known to be short: copies and lanes would be compiled for nothing."""
+"""Loop metadata for loops known to be short: LLVM shall neither unroll nor vectorize them."""
 
 
 def vector(base: str) -> str:
-    """What the pointer to a vector is called; names of ports have a prefix that no other value's name has."""
+    """The name of the pointer to a vector, with a prefix that no other value has."""
     return f"%{walk.VECTORS[base]}" if base in walk.VECTORS else f"%in.{base}"
 
 
 class Calls:
-    """What functions call: declarations, and sines of so many angles at once."""
+    """Functions to declare, and the widths of the vectors of sines in use."""
 
     __slots__ = ("declared", "sines")
 
@@ -271,12 +271,12 @@ class Calls:
         self.sines: set[int] = set()
 
     def declare(self, function: str, kind: str, arity: int) -> None:
-        """A function of so many arguments of one kind."""
+        """Declares a function of `arity` arguments of one kind."""
         self.declared.add(f"declare {kind} @{function}({', '.join([kind] * arity)})")
 
 
 class _Names(dict[language.Operand, str]):
-    """Names of values; those of constants are what they are, the others are in `common`, or numbered."""
+    """Names of values: literals of constants, `common` names, and numbered names of the others."""
 
     def __init__(self, common: Mapping[int, str]) -> None:
         super().__init__()
@@ -293,7 +293,7 @@ class _Names(dict[language.Operand, str]):
 
 
 class LlvmPrinter(Printer):
-    """The lines of one function, or of one piece of it."""
+    """Prints the lines of one function, or of a piece of it."""
 
     def __init__(
         self,
@@ -318,25 +318,25 @@ class LlvmPrinter(Printer):
     def body(self, body: Sequence[language.Statement]) -> list[str]:
         """The lines of a piece of a Program."""
         if self.lanes.width == 1:
-            # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
+            # Otherwise LLVM would load neighbours as one vector, which stalls if they have just been stored one by one.
             self.volatile = {a for s in body if isinstance(s, language.SinCos) for a in s.angles}
-            # A divisor's guard is looked at while the quotient is on its way. In long code nothing waits, and registers are wanted.
+            # The guard is tested while the division runs. In long code latency is hidden, and registers are scarce.
             self.late = _divisors(body) if len(body) <= _SHORT else set()
         self.block(body)
         return self.lines
 
     def add(self, *lines: str) -> None:
-        """Lines of the function's body, which labels alone are outside of."""
+        """Adds lines to the body, indented, as labels are not."""
         self.lines += [f"  {line}" for line in lines]
 
     def typed(self, operand: language.Operand) -> str:
-        """An operand after its type."""
+        """An operand preceded by its type."""
         return f"{typed(language.type_of(operand))} {self.names[operand]}"
 
     # --------------------------------------------------------------------------------------------------- arithmetic
 
     def compute(self, s: language.Compute) -> None:
-        """An operation."""
+        """Adds an operation."""
         value, op, arguments = s.value, s.op, s.arguments
         operands = [self.names[a] for a in arguments]
         name = self.names[value] = f"%v{value}"
@@ -354,9 +354,9 @@ class LlvmPrinter(Printer):
     def operation(
         self, name: str, op: Op | str, operands: Sequence[str], type_: language.Type, made: language.Type, lane: int = 0
     ) -> None:
-        """An operation of the tables; the first operand is of a type, the result is `made`."""
+        """Adds an operation of the tables; `type_` is the type of the first operand, `made` that of the result."""
         word = BINARY.get(op) if type_.kind == "float" else None
-        if word:  # nearly all there is, written sooner
+        if word:  # fast path for most operations
             kind = self.kind if type_ is self.type else typed(type_)
             self.lines.append(f"  {name} = {word} {self.flags}{kind} {operands[0]}, {operands[1]}")
         elif op in CALLS:
@@ -367,7 +367,7 @@ class LlvmPrinter(Printer):
             self.lines += [f"  {line}" for line in lines(op, name, operands, self.flags, type_, made, lane)]
 
     def call_function(self, name: str, function: str, operands: Sequence[str], lanes: Lanes) -> None:
-        """One of LLVM's own functions, or one of the library, lane by lane."""
+        """Adds a call of an LLVM intrinsic, or of a library function lane by lane."""
         own = function.startswith("llvm.")
         function, kind = f"{function}.{lanes.suffix}" if own else function, lanes.double
         if own or lanes.width == 1:
@@ -383,7 +383,7 @@ class LlvmPrinter(Printer):
         self.gather(name, [f"{name}.of{k}" for k in range(lanes.width)], lanes)
 
     def fold(self, name: str, op: str, operand: str, width: int) -> None:
-        """The halves of a vector combined, until one number is left."""
+        """Adds a reduction of a vector by repeated halving."""
         while width > 1:
             half, kind = width // 2, Lanes(width).double
             parts = [f"{name}.{part}{half}" for part in ("low", "high")]
@@ -398,11 +398,11 @@ class LlvmPrinter(Printer):
             width = half
 
     def splat(self, name: str, number: str, lanes: Lanes) -> None:
-        """One double in every lane."""
+        """Adds a vector with one double in every lane."""
         self.add(*lines("splat", name, [number], "", language.FLOAT, language.Type("float", lanes.width)))
 
     def gather(self, name: str, numbers: Sequence[str], lanes: Lanes) -> None:
-        """One double in each lane; the last is repeated in what is left over."""
+        """Adds a vector of given doubles; the last is repeated in lanes beyond them."""
         before = "poison"
         for k in range(lanes.width):
             number, made = numbers[min(k, len(numbers) - 1)], name if k == lanes.width - 1 else f"{name}.{k}"
@@ -410,14 +410,14 @@ class LlvmPrinter(Printer):
             before = made
 
     def sines(self, name: str, angles: str, lanes: Lanes) -> None:
-        """`name`.sin and `name`.cos of angles side by side."""
+        """Adds `name`.sin and `name`.cos of a vector of angles."""
         pair = f"{{{lanes.double}, {lanes.double}}}"
         self.calls.sines.add(lanes.width)
         self.add(f"{name} = call {pair} @kane.sincos.{lanes.width}({lanes.double} {angles})")
         self.add(*(f"{name}.{op.name} = extractvalue {pair} {name}, {k}" for k, op in enumerate((SIN, COS))))
 
     def sincos(self, s: language.SinCos) -> None:
-        """Sines and cosines in a vector as wide as the angles fill."""
+        """Adds sines and cosines of angles, in a vector of sufficient width."""
         label, count = f"%p{len(self.lines)}", len(s.angles)
         lanes = self.lanes if count == 1 else Lanes(1 << (count - 1).bit_length())
         angles = self.names[s.angles[0]]
@@ -435,10 +435,10 @@ class LlvmPrinter(Printer):
     # ------------------------------------------------------------------------------------------------------- memory
 
     def address(self, s: language.Read | language.Write | language.Address) -> str:
-        """The name of an address, after the line that computes it."""
+        """The name of an address; adds the line that computes it."""
         offset, inbounds, base = s.offset, " inbounds", vector(s.base)
         if isinstance(offset, int):
-            if s.base in self.near:  # a pointer may be before or behind its vector
+            if s.base in self.near:  # the index relative to a pointer may be negative
                 k, offset = self.near[s.base].nearest(offset)
                 base, inbounds = f"{base}.{k}", ""
             elif s.base not in self.shared:
@@ -449,7 +449,7 @@ class LlvmPrinter(Printer):
         return name
 
     def load(self, s: language.Read) -> None:
-        """A value from memory."""
+        """Adds a load."""
         address, name = self.address(s), f"%v{s.value}"
         self.names[s.value] = name
         if type(s.value) is not int:
@@ -462,7 +462,7 @@ class LlvmPrinter(Printer):
             self.lines.append(f"  {name} = load{volatile} {self.kind}, ptr {address}, align 8")
 
     def store(self, s: language.Write) -> None:
-        """A value to memory."""
+        """Adds a store."""
         address = self.address(s)
         kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
         value = self.names[s.value]
@@ -472,26 +472,26 @@ class LlvmPrinter(Printer):
             self.lines.append(f"  store {kind} {value}, ptr {address}, align 8")
 
     def get(self, s: language.Get) -> None:
-        """A value from a cell."""
+        """Adds a read of a cell."""
         self.add(f"%v{s.value} = load {typed(s.value.type)}, ptr %cell.{s.cell.name}")
 
     def put(self, s: language.Put) -> None:
-        """A value to a cell."""
+        """Adds an assignment to a cell."""
         self.add(f"store {self.typed(s.value)}, ptr %cell.{s.cell.name}")
 
     # ------------------------------------------------------------------------------------------------------ control
 
     def call(self, s: language.CallRoutine) -> None:
-        """A routine that the kernel was given."""
+        """Adds a call of a routine among the kernel's arguments."""
         given = [f"ptr {self.address(a)}" if isinstance(a, language.Address) else self.typed(a) for a in s.arguments]
         self.add(f"call void %{s.callee.name}({', '.join(given)})")
 
     def labels(self, *names: str) -> list[str]:
-        """Labels that nothing else has."""
+        """Unique labels."""
         return [f"{name}{len(self.lines)}" for name in names]
 
     def choice(self, s: language.If) -> None:
-        """One of two blocks."""
+        """Adds an if statement."""
         then, other, end = self.labels("then", "other", "end")
         self.add(f"br i1 {self.names[s.condition]}, label %{then}, label %{other}")
         for label, block in ((then, s.then), (other, s.other)):
@@ -500,12 +500,12 @@ class LlvmPrinter(Printer):
         self.labelled(end)
 
     def labelled(self, label: str, block: language.Block = ()) -> None:
-        """A block behind a label."""
+        """Adds a labelled block."""
         self.lines.append(f"{label}:")
         self.block(block)
 
     def loop(self, s: language.While) -> None:
-        """A block as long as a condition holds."""
+        """Adds a while loop."""
         head, body, end = self.labels("head", "body", "end")
         self.add(f"br label %{head}")
         self.labelled(head, s.head)
@@ -515,7 +515,7 @@ class LlvmPrinter(Printer):
         self.labelled(end)
 
     def count(self, s: language.For) -> None:
-        """A block for each integer."""
+        """Adds a for loop."""
         before, head, body, last, end, more, on = self.labels("before", "head", "body", "last", "end", "next", "on")
         index, start, stop = (self.names[x] for x in (s.counter, s.start, s.stop))
         self.add(f"br label %{before}")
@@ -535,7 +535,7 @@ class LlvmPrinter(Printer):
 
 
 def _divisors(body: Sequence[language.Statement]) -> set[language.Operand]:
-    """The guarded values that are read as divisors only."""
+    """The guarded values that are used only as divisors."""
     guarded: set[language.Operand] = {s.value for s in body if isinstance(s, language.Compute) and s.op is REGULAR}
     for s in body if guarded else ():
         if isinstance(s, language.Compute):

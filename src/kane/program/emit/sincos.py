@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sine and cosine of one angle by one argument reduction, as steps that languages spell for generated code.
+"""Sine and cosine of one angle with a common argument reduction, as steps from which code in several languages is generated.
 
 Method: x = n π/2 + r − tail with n = round(2x/π) and π/2 in three parts P1 + P2 + P3 (Cody & Waite, *Software Manual for the
-Elementary Functions*, 1980, ch. 8), then the minimax polynomials of fdlibm (Sun Microsystems, 1993, k_sin.c and k_cos.c) at r
-and the tail to first order. The error is below 1 ulp for |x| ≤ LIMIT, also next to multiples of π/2, where a result is tiny.
-For other x, infinities and NaN the C library's sin and cos are called.
+Elementary Functions*, 1980, ch. 8), then the minimax polynomials of fdlibm (Sun Microsystems, 1993, k_sin.c and k_cos.c) at r and the
+tail to first order. The error is below 1 ulp for |x| ≤ LIMIT, also near multiples of π/2, where a result is tiny. For other x,
+infinities and NaN the C library's sin and cos are called.
 
-Exactness, with and without FMA: |n| < 2¹⁸ and P1, P2 have 35 bits, so that n P1 and n P2 fit in 53 bits. a = x − n P1 is
-below 1 and a multiple of 2⁻⁵³, which ulp(n P2) divides, so that Fast2Sum gives the rounding error of r = a − n P2. Left are
-n (π/2 − P1 − P2 − P3) and the rounding of n P3: below 2⁻⁵⁹ |r| even at the double nearest to each n π/2.
+Accuracy, with and without FMA: |n| < 2¹⁸ and P1, P2 have 35 bits, so that n P1 and n P2 fit in 53 bits. a = x − n P1 is below 1 and a
+multiple of 2⁻⁵³, which ulp(n P2) divides, so that Fast2Sum gives the rounding error of r = a − n P2. The remaining errors, n (π/2 − P1
+− P2 − P3) and the rounding of n P3, are below 2⁻⁵⁹ |r| even at the double nearest to each n π/2.
 
-Rounding to nearest is assumed. Every text is written from `STEPS`; without FMA all give the same bits, at every width.
+Rounding to nearest is assumed. All code is generated from `STEPS`; without FMA all results are the same bits, at every width.
 """
 
 from collections.abc import Collection
@@ -21,10 +21,10 @@ from kane.numeric.arrays import Array
 from kane.program.emit.llvm_printer import Lanes
 
 LIMIT = 262144.0
-"""The largest |x| in rad of the short reduction: 2¹⁸."""
+"""The largest |x| in rad for this argument reduction: 2¹⁸."""
 
 CONSTANTS: dict[str, float] = {
-    "ROUND": 6755399441055744.0,  # 1.5 · 2⁵²: a sum with it is rounded to an integer, which its low bits hold
+    "ROUND": 6755399441055744.0,  # 1.5 · 2⁵²: adding it rounds to an integer, which the low bits of the sum hold
     "TWO_OVER_PI": float.fromhex("0x1.45f306dc9c883p-1"),
     "P1": float.fromhex("0x1.921fb54440000p+0"),
     "P2": float.fromhex("0x1.68c234c4c0000p-39"),
@@ -47,7 +47,7 @@ CONSTANTS: dict[str, float] = {
     "C6": float.fromhex("-0x1.8fae9be8838d4p-37"),
 }
 
-# The tail has the sign that makes sin(−0) = −0: with it x − (…) ends in −0 − (+0).
+# The sign of the tail makes sin(−0) = −0: with it x − (…) ends in −0 − (+0).
 STEPS: tuple[tuple[str, ...], ...] = (
     ("t", "mul_add", "x", "TWO_OVER_PI", "ROUND"),
     ("n", "sub", "t", "ROUND"),
@@ -58,7 +58,7 @@ STEPS: tuple[tuple[str, ...], ...] = (
     ("tail", "mul_add", "n", "P3", "e"),
     ("z", "mul", "r", "r"),
     ("z2", "mul", "z", "z"),
-    # even and odd powers apart: as few operations as Horner's rule and half its depth
+    # even and odd powers separately: as few operations as Horner's rule and half its depth
     ("s56", "mul_add", "z", "S6", "S5"),
     ("s34", "mul_add", "z", "S4", "S3"),
     ("s12", "mul_add", "z", "S2", "S1"),
@@ -69,7 +69,7 @@ STEPS: tuple[tuple[str, ...], ...] = (
     ("c12", "mul_add", "z", "C2", "C1"),
     ("c36", "mul_add", "z2", "c56", "c34"),
     ("pc", "mul_add", "z2", "c36", "c12"),
-    # cos r = w + (1 − w − z/2) + z² pc + r tail, the bracket being the rounding error of w = 1 − z/2
+    # cos r = w + (1 − w − z/2) + z² pc + r tail, where the bracket is the rounding error of w = 1 − z/2
     ("w", "mul_add", "z", "-HALF", "ONE"),
     ("f", "sub", "ONE", "w"),
     ("g", "mul_add", "z", "-HALF", "f"),
@@ -86,13 +86,13 @@ STEPS: tuple[tuple[str, ...], ...] = (
 
 
 def constant(operand: str) -> float | None:
-    """The value of an operand that is a constant with or without a sign."""
+    """The value of an operand that is a constant, possibly with a sign; None for other operands."""
     value = CONSTANTS.get(operand.removeprefix("-"))
     return -value if value is not None and operand.startswith("-") else value
 
 
 def sine_cosine(x: Array) -> tuple[Array, Array]:
-    """sin x and cos x for |x| ≤ LIMIT, by the steps without FMA: the same bits on every machine, which NumPy's own are not."""
+    """sin x and cos x for |x| ≤ LIMIT, by the steps without FMA: unlike those of NumPy, the same bits on every machine."""
     values: dict[str, Array] = {"x": x}
 
     def value(operand: str) -> Array | float:
@@ -114,8 +114,8 @@ def sine_cosine(x: Array) -> tuple[Array, Array]:
 
 # ------------------------------------------------------------------------------------------------------------- LLVM
 
-# Sine and cosine change places where n is odd. Bit 1 of n turns the sign of the sine, bit 1 xor bit 0 that of the cosine.
-# Masks and not `select`: for one double LLVM makes a jump of it, which is mispredicted half the time.
+# Sine and cosine are exchanged if n is odd. Bit 1 of n is the sign of the sine, bit 1 xor bit 0 that of the cosine. Masks instead of
+# `select`, which for one double LLVM turns into a branch that is mispredicted half the time.
 _QUADRANT = """\
   %t.bits = bitcast {v} %t to {i}
   %half = shl {i} %t.bits, {n62}
@@ -173,8 +173,8 @@ _LANE = """\
 def llvm_sincos(width: int, contract: bool) -> str:
     """The functions of `width` angles at a time, `{V, V} @kane.sincos.<width>(V)` with V = double or <width x double>.
 
-    Lanes are independent of each other: one beyond LIMIT has the library's values, the others keep theirs. The module must
-    declare `double @sin(double)` and `double @cos(double)`. With `contract`, products and sums may become FMA.
+    Lanes are independent: a lane beyond LIMIT has the library's values, the others are unaffected. The module must declare `double
+    @sin(double)` and `double @cos(double)`. With `contract`, products and sums may become FMA.
     """
     lanes = Lanes(width)
     fields = {
@@ -205,7 +205,7 @@ def llvm_sincos(width: int, contract: bool) -> str:
 
 
 def _llvm_far(width: int, fields: dict[str, str]) -> str:
-    """The library's values of all lanes: apart and cold, so that little of it is in the callers."""
+    """The library's values of all lanes, in a separate cold function, to keep the callers small."""
     lines = ["define internal {pair} @kane.sincos.far.{width}({v} %x) noinline cold nounwind {{".format(**fields)]
     s, c = "poison", "poison"
     if width == 1:
@@ -289,6 +289,6 @@ static double kane_{name}(double x)
 
 
 def c_sincos(called: Collection[str]) -> str:
-    """Those of kane_sincos, kane_sin and kane_cos that are called. A sine alone is faster so than the library's."""
+    """The text of the functions kane_sincos, kane_sin and kane_cos in `called`; the latter two are faster than the library's."""
     lone = [_LONE.format(name=name, value=name[0]) for name in ("sin", "cos") if name in called]
     return "\n".join([C_SINCOS, *lone]) if called else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The languages in which a Program can be printed: a new one is a file and a row here."""
+"""The target languages of Programs; a new one is a module and a row of these tables."""
 
 from collections.abc import Callable, Mapping
 
@@ -36,15 +36,15 @@ EMITTERS: dict[str, Callable[..., str]] = {
     "javascript": emit_javascript,
     "sfunction": emit_simulink,
 }
-"""By target: functions of a Program; `version` is kane's, for comments."""
+"""Emitters of a Program by target; `version` is the version of kane, for comments."""
 BINARY: dict[str, Callable[..., bytes]] = {"wasm": emit_wasm}
-"""Those of which the result is no text."""
+"""The emitters whose result is bytes instead of text."""
 CONTRACTED = frozenset({"c", "sfunction"})
-"""Those that say, by `contract`, whether compilers may round a·b + c once; elsewhere it is not asked."""
+"""The targets with the option `contract`, which permits compilers to round a·b + c once; others ignore it."""
 
 
 def emit(program: Program, target: str, *, contract: bool, version: str) -> str | bytes:
-    """A Program in a language."""
+    """A Program in the target language."""
     emitters: Mapping[str, Callable[..., str | bytes]] = {**EMITTERS, **BINARY}
     if target not in emitters:
         raise ArgumentError(f"Expected one of {none_of(emitters, target)}")

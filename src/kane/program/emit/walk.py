@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the functions of a Program do, statement after statement, in no language yet: the emitters spell it.
+"""The functions of a Program as sequences of statements independent of the target language, and the base class of printers.
 
-A `Function` computes results by the instructions of a block; a long block is cut into pieces. The statements of a piece read
-values from ports, from the vector h of what was hoisted or from the work array w of the pieces, compute, and write results and
-slots of w. Constants and scalar ports are operands wherever they stand and need no statement.
+A `Function` computes results by the instructions of a block; a long block is cut into pieces. The statements of a piece read values
+from ports, from the vector h of hoisted values or from the work array w that passes values between pieces, compute, and write results
+and slots of w. Constants and scalar ports are operands and need no statement.
 
-What printers of all languages share: a method for each kind of statement, lines, indented blocks.
+`Printer` has a method for each kind of statement, and collects lines and indented blocks.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,16 +19,16 @@ from kane.program.passes.limbs import gathered
 from kane.program.program import CHUNK, WHOLE, Chunk, Port, Program, Routine, Split, split
 
 KEPT, WORK, RESULTS = "<h>", "<w>", "<out>"
-"""What holds hoisted values, values that pass from piece to piece, and results: no port has such a name."""
+"""The names of the vectors of hoisted values, of values passed between pieces, and of results; no port has such a name."""
 VECTORS = {KEPT: "h", WORK: "w", RESULTS: "out"}
-"""What these are called in emitted code."""
+"""The names of these vectors in emitted code."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Function:
-    """Gives `results` in `target`, in this order, by the instructions of `block`, reading from `ports` and the values `kept` in h.
+    """Computes `results`, in this order, in `target` by the instructions of `block`, reading `ports` and the values `kept` in h.
 
-    `places` says of the values that are read from vectors which one and where.
+    `places` maps each value that is read from a vector to the vector and the index in it.
     """
 
     name: str
@@ -42,20 +42,20 @@ class Function:
 
 
 def hoisting(program: Program) -> Function:
-    """The function that gives h."""
+    """The function that computes the hoisted values h."""
     ports = tuple(port for port in program.ports if port.hoisted)
     labels, places = ("",) * len(program.kept), _locations(program, ())
     return Function("hoist", ports, program.hoisted, program.kept, labels, (), KEPT, places)
 
 
 def function_of(program: Program, routine: Routine) -> Function:
-    """The function of a routine."""
+    """The function that evaluates a routine."""
     own, kept = (routine.body, routine.results, routine.labels), program.kept
     return Function(routine.name, program.ports, *own, kept, RESULTS, _locations(program, kept))
 
 
 def _locations(program: Program, kept: Sequence[int]) -> dict[int, tuple[str, int]]:
-    """Where the values of ports that are vectors stand, and those that are `kept`."""
+    """The vector and index of each value of a vector port, and of each value in `kept`."""
     ports = ((port, k) for port in program.ports for k in range(len(port.symbols)))
     vectors = {i: (port.name, k) for i, (port, k) in enumerate(ports) if not port.scalar}
     return vectors | {i: (KEPT, k) for k, i in enumerate(kept)}
@@ -63,11 +63,11 @@ def _locations(program: Program, kept: Sequence[int]) -> dict[int, tuple[str, in
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """How a language wants its statements.
+    """How statements are scheduled for a language.
 
-    `lazy`: a value is read just before its first use and written as soon as it is computed; else reads come first and writes last.
-    `lanes`: 0 where sines and cosines are operations like others; 1 where those of one angle are one statement; n where those of up
-    to n angles that are known by then are. A block of more than `whole` instructions is cut into pieces of at most `piece`.
+    `lazy`: a value is read just before its first use and written as soon as it is computed; else all reads come first and writes last.
+    `lanes`: 0 if sine and cosine are separate operations; 1 if those of one angle are one statement; n if one statement computes those
+    of up to n angles available at that point. A block of more than `whole` instructions is cut into pieces of at most `piece`.
     """
 
     lazy: bool = False
@@ -77,7 +77,7 @@ class Style:
 
 
 def pieces(program: Program, function: Function, style: Style) -> Split:
-    """The pieces of a function, one if it is short."""
+    """The pieces of a function; a short function is one piece."""
     block = function.block
     if style.lanes > 1 and len(block) > style.whole:
         block = gathered(program, block, style.lanes)
@@ -85,7 +85,7 @@ def pieces(program: Program, function: Function, style: Style) -> Split:
 
 
 def statements(program: Program, function: Function, piece: Chunk, style: Style) -> list[Statement]:
-    """The statements of a piece in order."""
+    """The statements of a piece, in order."""
     walk = _Walk(program, function, piece, style)
     if style.lazy:
         for i in piece.instructions:
@@ -103,7 +103,7 @@ def statements(program: Program, function: Function, piece: Chunk, style: Style)
 
 
 class _Walk:
-    """The statements of a piece so far; `ready` are the values that have been read or computed."""
+    """Collects the statements of a piece; `ready` are the values that have been read or computed."""
 
     def __init__(self, program: Program, function: Function, piece: Chunk, style: Style) -> None:
         self.program, self.function, self.piece, self.style = program, function, piece, style
@@ -118,24 +118,24 @@ class _Walk:
                 self.angles.setdefault(program.arguments(i)[0], {}).setdefault(program.op(i), i)
 
     def read(self, *values: int) -> None:
-        """Read values that are not ready, but for operands."""
+        """Adds reads of the values that are not ready and not operands."""
         for i in values:
             if i in self.sources and i not in self.ready:
                 self.ready.add(i)
                 self.done.append(Read(i, *self.sources[i]))
 
     def read_all(self) -> None:
-        """Read everything that the piece needs: inputs and hoisted values by number, then slots."""
+        """Adds reads of everything that the piece needs: inputs and hoisted values by number, then slots."""
         needed = {a for i in self.piece.instructions for a in self.program.arguments(i)}.union(self.piece.writes)
         self.read(*sorted(needed.difference(self.piece.loads)), *self.piece.loads)
 
     def compute(self, i: int) -> None:
-        """The instruction of value i, unless it came with another one's sine and cosine."""
+        """Adds the instruction of value i, unless a combined sine and cosine statement has computed it."""
         if i in self.ready:
             return
         op, arguments = self.program.op(i), self.program.arguments(i)
         if self.style.lanes and op in (SIN, COS):
-            if arguments[0] not in self.angles:  # a second sine of one angle
+            if arguments[0] not in self.angles:  # an angle may have two instructions for its sine
                 self.angles[arguments[0]] = {op: i}
             for angles in self._packs(arguments[0]):
                 self.read(*angles)
@@ -148,7 +148,7 @@ class _Walk:
             self.done.append(Compute(i, op, arguments))
 
     def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
-        """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""
+        """Groups of at most `lanes` available angles; the given angle alone if there is one lane."""
         angles = [a for a in self.angles if self._near(a)] if self.style.lanes > 1 else [angle]
         for k in range(0, len(angles), self.style.lanes):
             pack = tuple(angles[k : k + self.style.lanes])
@@ -158,23 +158,23 @@ class _Walk:
             yield pack
 
     def _known(self, value: int) -> bool:
-        """Whether a value is read or computed by now, or can be read."""
+        """Whether a value is ready or can be read."""
         return value < self.program.first or value in self.ready or value in self.sources
 
     def _near(self, angle: int) -> bool:
-        """Whether an angle is known, or the next thing to compute: q + π/2."""
+        """Whether an angle is available, or is one operation on available values, such as q + π/2."""
         if self._known(angle):
             return True
         own = self.program.arguments(angle)
         return self.program.op(angle) not in (SIN, COS) and all(self._known(a) for a in own)
 
     def write(self, i: int) -> None:
-        """Write value i to its slot and its places among the results."""
+        """Adds writes of value i to its slot and to its positions among the results."""
         self._write(i, WORK, [self.piece.stores[i]] if i in self.piece.stores else [])
         self._write(i, self.function.target, self.piece.writes.get(i, []))
 
     def write_all(self) -> None:
-        """Write all slots, then all results in the order of their places."""
+        """Adds writes of all slots, then of all results in order."""
         for i, slot in self.piece.stores.items():
             self._write(i, WORK, [slot])
         for place, i in sorted((place, i) for i, places in self.piece.writes.items() for place in places):
@@ -188,12 +188,12 @@ class _Walk:
 
 
 def shared(rows: Mapping[str, str]) -> dict[Op | str, str]:
-    """Forms by the name of an operation, for kernels, which have the names, and for Programs."""
+    """Forms by both the name of an operation, used in kernels, and the operation itself, used in Programs."""
     return {key: form for name, form in rows.items() for key in (name, OPS[name])}
 
 
 class Printer:
-    """The lines of one function; a language says what each statement is in it."""
+    """Collects the lines of one function; a subclass for each language prints each kind of statement."""
 
     methods: ClassVar[Mapping[type[Any], str]] = {
         language.Compute: "compute",
@@ -211,22 +211,22 @@ class Printer:
     def __init__(self, depth: int = 1) -> None:
         self.lines: list[str] = []
         self.depth = depth
-        # of the class, as methods of this printer would hold it in a cycle, with all that it has printed
+        # functions of the class: bound methods would make a reference cycle that keeps the printed text alive
         self._print = {kind: getattr(type(self), name, None) for kind, name in self.methods.items()}
 
     def add(self, *lines: str) -> None:
-        """Lines of the block at hand."""
+        """Adds lines to the current block."""
         indent = "    " * self.depth
         self.lines += [f"{indent}{line}" for line in lines]
 
     def block(self, block: Iterable[language.Statement]) -> None:
-        """The lines of statements in order."""
+        """Prints statements in order."""
         printers: Mapping[type[Any], Any] = self._print
         for s in block:
             printers[type(s)](self, s)
 
     def indented(self, *blocks: Iterable[language.Statement]) -> None:
-        """Blocks one step to the right."""
+        """Prints blocks with one more level of indentation."""
         self.depth += 1
         for block in blocks:
             self.block(block)
@@ -234,7 +234,7 @@ class Printer:
 
 
 class NamedPrinter(Printer):
-    """A printer of a language with expressions; `names` are those of a Program's values, `vectors` those of its vectors."""
+    """A printer of a language with expressions; `names` are the identifiers of values, `vectors` those of vectors."""
 
     def __init__(
         self, depth: int, names: Mapping[int, str] | None = None, vectors: Mapping[str, str] | None = None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as a module of WebAssembly, written byte by byte: it needs no toolchain, and nothing but `Math`.
+"""A Program as a WebAssembly module, encoded directly without a toolchain; it imports only functions of `Math`.
 
-Its functions are `hoist(parameters, h)` and `<routine>(ports, h, out)`, which take places in the module's memory; its section "kane"
-tells in JSON which, and what the ports hold. Every operation is rounded by itself, so that the results of + − × ÷ √ and of sines and
-cosines are those of NumPy and of machine code without contraction, bit by bit; those of `Math` are the engine's.
+Its functions are `hoist(parameters, h)` and `<routine>(ports, h, out)`, which take addresses in the module's memory; its custom
+section "kane" lists these and the contents of the ports in JSON. Every operation is rounded separately, so that the results of + − × ÷
+√ and of sines and cosines equal those of NumPy and of uncontracted machine code bit for bit; other functions depend on the engine.
 """
 
 import struct
@@ -34,11 +34,11 @@ from kane.program.emit.wasm_printer import LIBRARY, Places, WasmPrinter
 from kane.program.program import Port, Program
 
 LONGEST = 300
-"""Instructions of a Program in one function at most: engines compile longer ones slowly, and keep what these read in memory."""
+"""Maximum number of instructions in one function: engines compile longer ones slowly and spill their values to memory."""
 
 
 def emit_wasm(program: Program, *, version: str = "") -> bytes:
-    """The module of a Program; no operation is contracted there."""
+    """The module of a Program; WebAssembly has no contracted operations."""
     module = Module(library([program]))
     tells = _description(program, version)
     tells |= add_program(module, program)
@@ -46,7 +46,7 @@ def emit_wasm(program: Program, *, version: str = "") -> bytes:
 
 
 def emit_wasms(programs: Sequence[Program]) -> bytes:
-    """The module of several Programs that have functions of the same names: those of the kth begin with `k.`."""
+    """The module of several Programs with functions of the same names: `k.` prefixes those of the kth."""
     module = Module(library(programs))
     told = []
     for k, program in enumerate(programs):
@@ -57,21 +57,21 @@ def emit_wasms(programs: Sequence[Program]) -> bytes:
 
 
 def _room(module: Module, program: Program) -> dict[str, Any]:
-    """Where ports, what is hoisted and results of a Program stand."""
+    """Reserves memory for the ports, hoisted values and results of a Program; their addresses."""
     ports = {port.name: module.room(max(1, len(port.symbols)), 64) for port in program.ports if not port.scalar}
     outs = {r.name: module.room(max(1, len(r.results)), 64) for r in program.routines}
     return {"ports": ports, "h": module.room(len(program.kept) + 1, 64), "out": outs}
 
 
 def library(programs: Iterable[Program]) -> dict[str, int]:
-    """The functions of `Math` that Programs call, with how many numbers they take."""
+    """The functions of `Math` that Programs call, with their numbers of arguments."""
     used = {op for p in programs for op in p.ops}
     names = {LIBRARY[op]: op.arity for op in used if op in LIBRARY}
     return {"sin": 1, "cos": 1} | dict(sorted(names.items()))
 
 
 def _description(program: Program, version: str) -> dict[str, Any]:
-    """What there is to know of a Program's ports and results."""
+    """The description of a Program's ports and results in the custom section."""
     symbols = {
         port.name: [[s.name, s.unit or "", None if s.default is None else float(s.default)] for s in port.symbols]
         for port in program.ports
@@ -81,7 +81,7 @@ def _description(program: Program, version: str) -> dict[str, Any]:
 
 
 def add_program(module: Module, program: Program, prefix: str = "", exported: bool = True) -> dict[str, dict[str, int]]:
-    """The functions of a Program in a module: their numbers by name, the one that hoists being "hoist"."""
+    """Adds the functions of a Program to a module; returns their indices by name, with "hoist" for the hoisting function."""
     sines = add_sincos(module) if {SIN, COS} & set(program.ops) else -1
     scalars = {len(program.inputs) + k: number(v) for k, v in enumerate(program.constants)}
     found = {}
@@ -91,12 +91,12 @@ def add_program(module: Module, program: Program, prefix: str = "", exported: bo
 
 
 def parameters(ports: Sequence[Port]) -> list[int]:
-    """What a function takes that reads ports: numbers, and places; then those of h and of the results."""
+    """The types of a function's parameters for its ports: f64 for a number, i32 for an address. Addresses of h and results follow."""
     return [F64 if port.scalar else I32 for port in ports]
 
 
 def _add(module: Module, program: Program, task: Task, scalars: Mapping[int, bytes], sines: int, name: str) -> int:
-    """The number of a function, which calls one for each piece where it is long."""
+    """Adds a function, or, if it is long, one for each piece and one that calls them; returns its index."""
     takes = parameters(task.ports)
     bases = [port.name for port in task.ports]
     own = list(dict.fromkeys((KEPT, task.target)))
@@ -129,7 +129,7 @@ def _add(module: Module, program: Program, task: Task, scalars: Mapping[int, byt
 
 
 def add_sincos(module: Module) -> int:
-    """The number of the function that gives sines and cosines of two angles side by side, by the steps of all languages."""
+    """Adds the function that computes sines and cosines of two angles, by the `STEPS` of `sincos`; returns its index."""
     if "sincos" in module.own:
         return module.own["sincos"]
     function = WasmFunction([V128], [V128, V128])
@@ -149,7 +149,7 @@ def add_sincos(module: Module) -> int:
     one, two = (both(one) for one in _BITS)
     change, near, odd = (function.local(V128) for _ in range(3))
     code += n + one + _AND + local_set(odd)
-    swap = s + c + _XOR + both(0.0) + read(odd) + _MINUS + _AND  # where n is odd, the bits in which they differ
+    swap = s + c + _XOR + both(0.0) + read(odd) + _MINUS + _AND  # the bits in which sine and cosine differ, if n is odd
     code += swap + n + two + _AND + int32(62) + _SHIFT + _XOR + local_set(change)
     code += s + read(change) + _XOR + local_set(at["sine"])
     code += c + read(change) + _XOR + read(odd) + int32(63) + _SHIFT + _XOR + local_set(at["cosine"])
@@ -166,6 +166,6 @@ def add_sincos(module: Module) -> int:
 
 
 _BITS = tuple(struct.unpack("<2d", struct.pack("<2q", 1, 2)))
-"""Doubles of the bits of 1 and 2."""
+"""Doubles with the bits of the integers 1 and 2."""
 _AND, _XOR, _AT_MOST, _INTEGER_LANE = b"\xfd\x4e", b"\xfd\x51", b"\xfd\x4b", b"\xfd\x1d"
 _MINUS, _SHIFT, _ALL = b"\xfd\xd1\x01", b"\xfd\xcb\x01", b"\xfd\xc3\x01"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels as functions of WebAssembly: one, and one more for each block within it that is long.
+"""Kernels as WebAssembly functions: one per kernel, and one for each long block within it.
 
-Arrays stand in memory at places that are known. Cells are locals of the function that alone has them, else variables of the module.
+Arrays have fixed addresses in memory. A cell is a local if one function uses it, else a global of the module.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,13 +27,13 @@ from kane.program.kernel import language
 from kane.program.kernel.language import FLOAT, Block, Integer, Kernel, Operand, Statement, Value
 
 LONGEST = 250
-"""Statements of a block above which it is a function of its own."""
+"""The number of statements beyond which a block becomes a function."""
 
 
 def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routines: Mapping[str, int]) -> int:
-    """The number of the function of a kernel, which takes its integers as 64 bits and gives one of 32.
+    """Adds the function of a kernel, which takes its integers as i64 and returns an i32; returns its index.
 
-    `arrays` are the places of its arrays, `routines` the numbers of the functions that it calls.
+    `arrays` maps arrays to addresses, `routines` maps routines to function indices.
     """
     sizes = _Sizes(kernel)
     integers = [a.value for a in kernel.arguments if isinstance(a, Integer)]
@@ -63,7 +63,7 @@ def _get(at: tuple[bool, int]) -> bytes:
 
 
 class _Sizes:
-    """Which blocks are functions of their own, what they read from outside, and the cells that several functions have."""
+    """The blocks that become functions (`apart`), the values that each block reads from outside, the cells that functions share."""
 
     def __init__(self, kernel: Kernel) -> None:
         self.apart: set[int] = set()
@@ -74,7 +74,7 @@ class _Sizes:
         self.shared = {name for name, owners in self._owners.items() if owners != {0}}
 
     def _measure(self, block: Block) -> int:
-        """How many statements the function has of a block that is not apart."""
+        """The number of statements of a block in its function, not counting the blocks that become functions."""
         count = 0
         for s in block:
             count += 1
@@ -96,7 +96,7 @@ class _Sizes:
         return result
 
     def read(self, s: Statement) -> list[Value]:
-        """What a statement reads, the blocks in it included."""
+        """The values that a statement reads, including the blocks in it."""
         own = _operands(s)
         if isinstance(s, language.While):
             within = {v for head in s.head for v in _defined(head)}
@@ -114,14 +114,14 @@ class _Sizes:
 
 
 def parts(s: Statement) -> tuple[Block, ...]:
-    """The blocks in a statement."""
+    """The blocks of a statement."""
     if isinstance(s, language.If):
         return s.then, s.other
     return (s.head, s.body) if isinstance(s, language.While) else (s.body,) if isinstance(s, language.For) else ()
 
 
 def _operands(s: Statement) -> list[Value]:
-    """What a statement itself reads."""
+    """The values that a statement reads, without its blocks."""
     found: Sequence[Operand | language.Address] = ()
     if isinstance(s, language.Compute | language.CallRoutine):
         found = s.arguments
@@ -145,7 +145,7 @@ def _defined(s: Statement) -> list[Value]:
 
 
 class KernelPrinter(WasmPrinter):
-    """The instructions of a kernel, or of a block of it that is a function of its own."""
+    """Prints a kernel, or a block of it that is a function."""
 
     def __init__(self, module: Module, function: WasmFunction, places: Places, sizes: _Sizes) -> None:
         super().__init__(module, function, places)
@@ -160,7 +160,7 @@ class KernelPrinter(WasmPrinter):
         }
 
     def sequence(self, *blocks: Block, condition: Operand | None = None) -> None:
-        """Blocks in order; between the first and the second one the loop ends unless the condition holds."""
+        """Adds blocks in order; between the first and the second, the loop ends unless the condition holds."""
         outer = self.left, self.nested
         self.left, self.nested = {}, set()
         behind = blocks[1:] if len(blocks) > 1 and id(blocks[1]) in self.sizes.apart else ()
@@ -187,7 +187,7 @@ class KernelPrinter(WasmPrinter):
         self.left, self.nested = outer
 
     def _count(self, s: Statement, own: set[Value]) -> None:
-        """What a statement of the block reads is read once more."""
+        """Counts the reads of the values in `own` by a statement."""
         direct = _operands(s)
         lane = s.lane if isinstance(s, language.Compute) and s.op == "lane" else None
         for v in direct:
@@ -198,13 +198,13 @@ class KernelPrinter(WasmPrinter):
             self._count_within(self._within(s), own)
 
     def _count_within(self, read: Sequence[Value], own: set[Value]) -> None:
-        """What blocks read is read once more, behind which it is not needed."""
+        """Counts one read for each value that nested blocks read, so that it stays available until they end."""
         for key in ((v.number, k) for v in read if v in own for k in range(v.type.width)):
             self.left[key] = self.left.get(key, 0) + 1
             self.nested.add(key)
 
     def _within(self, s: Statement) -> list[Value]:
-        """What the blocks of a statement read from outside, each once."""
+        """The values that the blocks of a statement read from outside, without repetition."""
         direct = _operands(s)
         found = list(self.sizes.read(s))
         for v in direct:
@@ -212,7 +212,7 @@ class KernelPrinter(WasmPrinter):
         return list(dict.fromkeys(found))
 
     def leave(self, s: Statement) -> None:
-        """Behind a statement with blocks: what they read from outside has been read."""
+        """Counts down, after a statement with blocks, the values that these read from outside."""
         self._leave(self._within(s))
 
     def _leave(self, read: Sequence[Value]) -> None:
@@ -223,13 +223,13 @@ class KernelPrinter(WasmPrinter):
     # -------------------------------------------------------------------------------------------------- statements
 
     def get(self, s: language.Get) -> None:
-        """A value from a cell."""
+        """Adds a read of a cell."""
         for k in range(s.cell.type.width):
             code = _get(self.places.cells[s.cell.name, k])
             self.define(s.value, Folded(code, (), frozenset([f"cell {s.cell.name}"])), k)
 
     def put(self, s: language.Put) -> None:
-        """A value to a cell."""
+        """Adds an assignment to a cell."""
         found = [self.operand(s.value, k) for k in range(s.cell.type.width)]
         self.flush(f"cell {s.cell.name}")
         for k, one in enumerate(found):
@@ -237,7 +237,7 @@ class KernelPrinter(WasmPrinter):
             self.emit(one, (b"\x24" if is_shared else b"\x21") + leb(at))
 
     def call(self, s: language.CallRoutine) -> None:
-        """A routine."""
+        """Adds a call of a routine."""
         given = []
         for a in s.arguments:
             if isinstance(a, language.Address):
@@ -249,7 +249,7 @@ class KernelPrinter(WasmPrinter):
         self.emit(*given, b"\x10" + leb(self.places.routines[s.callee.name]))
 
     def choice(self, s: language.If) -> None:
-        """One of two blocks."""
+        """Adds an if statement."""
         condition = self.operand(s.condition)
         self.flush()
         self.emit(condition, b"\x04\x40")
@@ -261,7 +261,7 @@ class KernelPrinter(WasmPrinter):
         self.leave(s)
 
     def loop(self, s: language.While) -> None:
-        """A block as long as a condition holds."""
+        """Adds a while loop."""
         self.flush()
         self.emit(b"\x02\x40\x03\x40")
         self.sequence(s.head, s.body, condition=s.condition)
@@ -269,7 +269,7 @@ class KernelPrinter(WasmPrinter):
         self.leave(s)
 
     def count(self, s: language.For) -> None:
-        """A block for each integer."""
+        """Adds a for loop."""
         found = in_pairs(s)
         if found is not None:
             self.pairs(s, found)
@@ -291,7 +291,7 @@ class KernelPrinter(WasmPrinter):
         self.leave(s)
 
     def pairs(self, s: language.For, pairs: Pairs) -> None:
-        """A block for each two integers."""
+        """Adds a for loop with two iterations at a time."""
         outer = [v for v in self.sizes.outer[id(s.body)] if v != s.counter]
         for v in outer:
             self.settle(v)
@@ -304,20 +304,20 @@ class KernelPrinter(WasmPrinter):
         self.leave(s)
 
     def twice(self, value: Value) -> int:
-        """A local that holds a value twice."""
+        """A local that holds a value in both lanes."""
         local = self.function.local(V128)
         self.emit(read(self.locals[value.number, 0]), SPLAT, local_set(local))
         return local
 
     def within(self, block: Block) -> None:
-        """A block, or the call of the function that it is."""
+        """Adds a block, or the call of its function."""
         if id(block) in self.sizes.apart:
             self.apart(block)
         else:
             self.sequence(block)
 
     def apart(self, block: Block) -> None:
-        """A block as a function of what it reads from outside, and its call."""
+        """Adds a block as a function of the values that it reads from outside, and its call."""
         given: list[tuple[Key, int]] = [
             ((v.number, k), KINDS[v.type.kind]) for v in self.sizes.outer[id(block)] for k in range(v.type.width)
         ]

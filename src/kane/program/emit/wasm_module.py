@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""WebAssembly's binary format: one module with imported and own functions, one memory, numbers in it, and a section of text.
+"""The binary format of WebAssembly: a module with imported and defined functions, one memory with initial data, and a custom section.
 
 Source: WebAssembly Core Specification 2.0, W3C 2022, ch. 5. Floating-point operations round each result to nearest, ties to even, and
-none is contracted (sec. 4.3.3), so that a module gives the same bits on every machine. Instructions on
-two doubles side by side round each as one double is rounded.
+none is contracted (sec. 4.3.3), so that a module gives the same bits on every machine. Vector instructions on two doubles round each
+lane as a scalar.
 """
 
 import json
@@ -15,14 +15,14 @@ from itertools import groupby
 from typing import Any
 
 F64, I64, I32, V128 = 0x7C, 0x7E, 0x7F, 0x7B
-"""Types of values; the last one is two doubles."""
+"""Value types; V128 holds two doubles."""
 PAGE = 65_536
-"""Bytes of memory are asked for in pages of so many."""
+"""The page size of memory in bytes."""
 
 
 @cache
 def leb(number: int) -> bytes:
-    """An unsigned integer, seven bits a byte."""
+    """An unsigned integer in LEB128."""
     out = bytearray()
     while number > 0x7F:
         out.append(number & 0x7F | 0x80)
@@ -32,7 +32,7 @@ def leb(number: int) -> bytes:
 
 @cache
 def signed(number: int) -> bytes:
-    """A signed integer, seven bits a byte."""
+    """A signed integer in LEB128."""
     out = bytearray()
     while not -64 <= number < 64:
         out.append(number & 0x7F | 0x80)
@@ -41,31 +41,31 @@ def signed(number: int) -> bytes:
 
 
 def number(value: float) -> bytes:
-    """The instruction that gives a double; not kept by value, as 0 and −0 are equal."""
+    """The instruction that pushes a double; not cached by value, because 0 and −0 are equal."""
     return b"\x44" + struct.pack("<d", value)
 
 
 @cache
 def read(local: int) -> bytes:
-    """The instruction that reads a local."""
+    """The instruction that pushes a local."""
     return b"\x20" + leb(local)
 
 
 @cache
 def local_set(local: int) -> bytes:
-    """The instruction that sets a local."""
+    """The instruction that pops a local."""
     return b"\x21" + leb(local)
 
 
 @cache
 def integer(value: int) -> bytes:
-    """The instruction that gives an integer of 64 bits."""
+    """The instruction that pushes an i64."""
     return b"\x42" + signed(value)
 
 
 @cache
 def int32(value: int) -> bytes:
-    """The instruction that gives an integer of 32 bits, as places in memory are."""
+    """The instruction that pushes an i32, the type of addresses."""
     return b"\x41" + signed(value)
 
 
@@ -85,7 +85,7 @@ def _section(kind: int, raw: bytes) -> bytes:
 
 @dataclass(slots=True)
 class WasmFunction:
-    """A function while it is written: `code` after the `parameters`, whose locals are handed out and given back."""
+    """A function under construction: `code`, its `parameters`, and locals that are allocated and released."""
 
     parameters: Sequence[int]
     results: Sequence[int] = ()
@@ -94,19 +94,19 @@ class WasmFunction:
     free: dict[int, list[int]] = field(default_factory=lambda: {F64: [], I64: [], I32: [], V128: []})
 
     def local(self, kind: int) -> int:
-        """A local of a type that nothing uses now."""
+        """An unused local of a type."""
         if self.free[kind]:
             return self.free[kind].pop()
         self.types.append(kind)
         return len(self.parameters) + len(self.types) - 1
 
     def give_back(self, local: int) -> None:
-        """Nothing uses a local any more."""
+        """Releases a local."""
         if local >= len(self.parameters):
             self.free[self.types[local - len(self.parameters)]].append(local)
 
     def raw(self) -> bytes:
-        """The function as it stands in a module."""
+        """The encoded body of the function."""
         runs = [(kind, len(list(own))) for kind, own in groupby(self.types)]
         body = _vector(leb(count) + bytes([kind]) for kind, count in runs) + bytes(self.code) + b"\x0b"
         return leb(len(body)) + body
@@ -114,7 +114,7 @@ class WasmFunction:
 
 @dataclass(slots=True)
 class Module:
-    """A module while it is written. `imported` functions of doubles come first, by name with how many they take, from "Math"."""
+    """A module under construction. `imported` functions from "Math", by name with their numbers of double arguments, come first."""
 
     imported: Mapping[str, int]
     functions: list[WasmFunction] = field(default_factory=list)
@@ -126,7 +126,7 @@ class Module:
     _types: dict[bytes, int] = field(default_factory=dict)
 
     def add(self, function: WasmFunction, name: str = "") -> int:
-        """The number of a function, which is exported where it has a name."""
+        """Adds a function, exported if it has a name; returns its index."""
         self.functions.append(function)
         index = len(self.imported) + len(self.functions) - 1
         if name:
@@ -134,26 +134,26 @@ class Module:
         return index
 
     def imports(self, name: str) -> int:
-        """The number of an imported function."""
+        """The index of an imported function."""
         return list(self.imported).index(name)
 
     def variable(self, kind: int) -> int:
-        """The number of a variable that all functions share; it begins with zero."""
+        """Adds a global, initially zero; returns its index."""
         self.globals.append(kind)
         return len(self.globals) - 1
 
     def room(self, doubles: int, aligned: int = 8) -> int:
-        """Where in memory there is room for doubles that nothing else has."""
+        """Reserves memory for doubles; returns its address."""
         at = -(-self.size // aligned) * aligned
         self.size = at + 8 * doubles
         return at
 
     def numbers(self, at: int, values: Sequence[float]) -> None:
-        """Memory begins with these from a place on."""
+        """Adds initial data at an address."""
         self.data.append((at, struct.pack(f"<{len(values)}d", *values)))
 
     def raw(self, tells: Mapping[str, Any]) -> bytes:
-        """The module; its section "kane" tells what is where, in JSON."""
+        """The encoded module; `tells` is written to the custom section "kane" in JSON."""
         types = [self._type(f.parameters, f.results) for f in self.functions]
         imported = [(name, self._type([F64] * count, [F64])) for name, count in self.imported.items()]
         pages = leb(-(-self.size // PAGE) + 1)
@@ -192,22 +192,22 @@ WIDE = {
         "abs": 0xEC,
     }.items()
 }
-"""Operations by their names."""
+"""Vector instructions by the names of operations."""
 LOAD, LOAD_ONE, SECOND, STORE = b"\xfd\x00\x03", b"\xfd\x0a\x03", b"\xfd\x57\x03", b"\xfd\x0b\x03"
 SPLAT, FIRST = b"\xfd\x14", b"\xfd\x5d\x03"
-"""Two doubles from a place, one twice, two to a place, each aligned as doubles are; a double twice."""
+"""Instructions on two doubles with the alignment of one: load, load one to both lanes, store; a scalar to both lanes."""
 
 
 def both(value: float) -> bytes:
-    """A number twice; Cranelift reads it where it is used, as an operand of what uses it."""
+    """A constant in both lanes; Cranelift uses it as a memory operand of the instruction that reads it."""
     return b"\xfd\x0c" + 2 * struct.pack("<d", value)
 
 
 def lane_of(lane: int) -> bytes:
-    """One of two doubles."""
+    """The instruction that extracts a lane."""
     return b"\xfd\x21" + leb(lane)
 
 
 def with_lane(lane: int) -> bytes:
-    """One of two doubles is another one."""
+    """The instruction that replaces a lane."""
     return b"\xfd\x22" + leb(lane)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loops of kernels of which two turns are made at once, by instructions on two doubles side by side (`v128`, `f64x2`).
+"""Vectorized loops of kernels: two iterations at a time by instructions on two doubles (`v128`, `f64x2`).
 
-They are those that go along rows of arrays and write none that they read: turns may then be made in any order, and one of them twice.
-Of an odd number of turns the first is made with the second, which is made again with the third. Each operation rounds as on one
-double: the bits are the same.
+These are loops over rows of arrays that write no element which they also read: the iterations commute and may be repeated. If their
+number is odd, the first pair is iterations 1 and 2, the next 2 and 3. Each operation rounds as on scalars, so that the results are the
+same bits.
 """
 
 from collections.abc import Mapping
@@ -46,7 +46,7 @@ _OPERATIONS: Mapping[Op | str, bytes] = {key: WIDE[name] for name in WIDE for ke
 
 
 class RowIndex(NamedTuple):
-    """An index: `start`, where there is one, and a distance; it `goes` with the counter, or stays."""
+    """An index: `start`, if not None, plus `distance`, plus the loop counter if `goes`."""
 
     start: Value | None
     distance: int
@@ -54,18 +54,18 @@ class RowIndex(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """The integers in a loop as indices along rows, and how many turns it has."""
+    """The indices of a loop, by the integer values in it, and its number of iterations."""
 
     indices: dict[Value, RowIndex]
     length: int
 
 
 _LEAST = 6
-"""So many turns make pairs worth while."""
+"""The minimum number of iterations for vectorization."""
 
 
 def in_pairs(s: For) -> Pairs | None:
-    """How the turns of a loop are made in pairs; None where they are not."""
+    """The indices and length of a loop that can be vectorized, else None."""
     length = s.stop.value if isinstance(s.stop, Immediate) else 0
     if s.few or s.start != Immediate(INT, 0) or not isinstance(length, int) or length < _LEAST:
         return None
@@ -95,7 +95,7 @@ def _index(offset: Operand, known: Mapping[Value, RowIndex]) -> RowIndex:
 
 
 def _apart(written: RowIndex, other: RowIndex, length: int) -> bool:
-    """Whether a row that is written and another one, or a number, have nothing in common."""
+    """Whether the elements that are written at one index and those accessed at the other are disjoint."""
     between = other.distance - written.distance
     return written.start == other.start and (between >= length or between <= -(length if other.goes else 1))
 
@@ -106,7 +106,7 @@ def _operands(s: language.Statement) -> list[Value]:
 
 
 class PairPrinter(WasmPrinter):
-    """The instructions of two turns; `at` is the local that holds how far the counter has gone, in bytes."""
+    """Prints two iterations at a time; `at` is the local that holds the counter as an offset in bytes."""
 
     def __init__(self, module: Module, function: WasmFunction, places: Places, pairs: Pairs, at: int) -> None:
         super().__init__(module, function, places)
@@ -115,7 +115,7 @@ class PairPrinter(WasmPrinter):
         self.last: list[Read] = []
 
     def loop(self, block: Block, outer: Mapping[Value, int]) -> None:
-        """Turns of a block two by two, with locals that hold what it reads from outside."""
+        """Adds the loop over pairs; `outer` maps values from outside to locals that hold them."""
         self.emit(int32(0), local_set(self.counter), b"\x03\x40")
         self.turns(block, {(v.number, 0): local for v, local in outer.items()})
         step = int32(8) + b"\x6a" + int32(8) + b"\x72" if self.pairs.length % 2 else int32(16) + b"\x6a"
@@ -123,7 +123,7 @@ class PairPrinter(WasmPrinter):
         self.emit(read(self.counter), step, ahead, b"\x0d\x00\x0b")
 
     def turns(self, block: Block, outer: dict[Key, int]) -> None:
-        """Two turns; what is read last was stored one number after the other a moment ago, and is handed on as it was stored."""
+        """Adds one pair of iterations; the last read uses two scalar loads, because its elements have just been stored as scalars."""
         self.locals |= outer
         for v in (v for s in block for v in _operands(s)):
             self.left[v.number, 0] = self.left.get((v.number, 0), 0) + 1
@@ -134,18 +134,18 @@ class PairPrinter(WasmPrinter):
             self._print[type(s)](s)
 
     def compute(self, s: Compute) -> None:
-        """An operation on two doubles; of integers there are only indices, which are known."""
+        """Adds an operation on two doubles; integer operations are indices, which `in_pairs` has resolved."""
         if type_of(s.value) != INT:
             self.define(s.value, joined(*map(self.operand, s.arguments), _OPERATIONS[s.op]))
 
     def operand(self, operand: Operand, lane: int = 0) -> Folded:
-        """What gives an operand."""
+        """The instructions that give an operand."""
         if isinstance(operand, Immediate):
             return Folded(both(float(cast(float, operand.value))))
         return super().operand(operand, lane)
 
     def location_of(self, s: Read | Write) -> tuple[RowIndex, bytes, int]:
-        """RowIndex what a row goes, what gives its address, and the distance from there."""
+        """The index of an access, the instructions of its base address, and its constant offset in bytes."""
         index = _index(s.offset, self.pairs.indices)
         steps = [read(self.counter)] * index.goes
         if index.start is not None:
@@ -155,7 +155,7 @@ class PairPrinter(WasmPrinter):
         return (index, code, offset) if offset >= 0 else (index, code + int32(offset) + b"\x6a", 0)
 
     def load(self, s: Read) -> None:
-        """Two doubles side by side, or one twice."""
+        """Adds a load of two consecutive doubles, or of one double to both lanes."""
         index, address, offset = self.location_of(s)
         code = address + (LOAD if index.goes else LOAD_ONE) + leb(offset)
         if index.goes and s in self.last:
@@ -163,6 +163,6 @@ class PairPrinter(WasmPrinter):
         self.define(s.value, Folded(code))
 
     def store(self, s: Write) -> None:
-        """Two doubles side by side."""
+        """Adds a store of two consecutive doubles."""
         _, address, offset = self.location_of(s)
         self.emit(address, self.operand(s.value), STORE + leb(offset))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Statements as instructions of WebAssembly, which take their operands from a stack.
+"""Statements as instructions of WebAssembly, a stack machine.
 
-A value that is read once in its own block is computed where it is read, on the stack; others are in locals, which are given back after
-the last reading. What reads memory or a cell is computed before that changes. Values side by side are computed one lane after the
-other: the same operations as on lanes.
+A value that is read once in its block is computed where it is read, on the stack; others are in locals, which are released after the
+last read. A pending value that reads memory or a cell is computed before that memory or cell changes. Vector values are computed lane
+by lane, with the same operations.
 """
 
 import math
@@ -36,9 +36,9 @@ from kane.program.kernel import language
 from kane.program.kernel.language import Immediate, Value
 
 LIBRARY = {OPS[n]: n for n in ("pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")}
-"""Operations that are calls of `Math`, whose last digits differ from one engine to the other."""
+"""Operations that are calls of `Math`, whose last digits depend on the engine."""
 KINDS = {"float": F64, "int": I64, "bool": I32}
-"""Types by the kinds of values."""
+"""Value types by the kinds of values."""
 _PLAIN: Mapping[str, Mapping[Op | str, bytes]] = {
     "float": {
         **{k: bytes([int(v, 16)]) for k, v in shared({"add": "a0", "sub": "a1", "mul": "a2", "div": "a3"}).items()},
@@ -52,18 +52,18 @@ _PLAIN: Mapping[str, Mapping[Op | str, bytes]] = {
     "int": {"add": b"\x7c", "sub": b"\x7d", "mul": b"\x7e", "less": b"\x53", "at_most": b"\x57", "float": b"\xb9"},
     "bool": {"and": b"\x71", "or": b"\x72", "not": b"\x45"},
 }
-"""By the kind of the first operand, the instructions after the operands."""
+"""Instructions after the operands, by the kind of the first operand."""
 _ORDERED = shared({"min": "63", "max": "64"})
 _GREATER, _OR, _SELECT, _NOT_EQUAL, _ADD, _ABS, _MUL = b"\x64", b"\x72", b"\x1b", b"\x62", b"\xa0", b"\x99", b"\xa2"
 _NONE: frozenset[str] = frozenset()
 Key: TypeAlias = int | tuple[int, int]
-"""A value: the number of a Program's; of a kernel's its number, and the lane."""
+"""A value: its number in a Program; its number and a lane in a kernel."""
 
 
 class Folded(NamedTuple):
-    """Instructions that give a value: the values whose locals they read, each as often as it counts, and the memory they read.
+    """Instructions that give a value, the counted values whose locals they read, and the arrays and cells that they read.
 
-    Of an integer that is at a `distance` from another one, what gives that is the first part of the code, of the length `base`.
+    If an integer is at a constant `distance` from another one, the first `base` bytes of the code give the latter.
     """
 
     code: bytes
@@ -75,9 +75,9 @@ class Folded(NamedTuple):
 
 @dataclass(slots=True)
 class Places:
-    """Where what a function reads stands: arrays by name, as a place in memory or the local that holds it; cells, routines.
+    """Where the operands of a function are: `fixed` addresses and `pointers` (locals) of arrays, indices of `routines` and `cells`.
 
-    A cell is a local of the function, or a variable of the module where several functions have it.
+    A cell is a local, or a global of the module if several functions use it.
     """
 
     fixed: Mapping[str, int] = field(default_factory=dict)
@@ -89,7 +89,7 @@ class Places:
 
 
 class WasmPrinter:
-    """The instructions of one function; `sincos` is the number of the function that gives sine and cosine."""
+    """Prints one function; `sincos` is the index of the function that computes sine and cosine."""
 
     def __init__(self, module: Module, function: WasmFunction, places: Places, sincos: int = -1) -> None:
         self.module, self.function, self.places, self.sines = module, function, places, sincos
@@ -106,7 +106,7 @@ class WasmPrinter:
         }
 
     def program(self, block: Iterable[language.Statement]) -> None:
-        """A piece of a Program: no reading of an array is behind a writing of it."""
+        """Prints a piece of a Program, in which no array is read after it is written."""
         block, left = list(block), self.left
         for s in block:
             own: Sequence[Any] = ()
@@ -124,7 +124,7 @@ class WasmPrinter:
     # ----------------------------------------------------------------------------------------------------- operands
 
     def operand(self, operand: language.Operand, lane: int = 0) -> Folded:
-        """What gives an operand."""
+        """The instructions that give an operand."""
         if isinstance(operand, Immediate):
             return Folded(_immediate(operand, lane))
         key: Key = operand if isinstance(operand, int) else (operand.number, lane)
@@ -135,7 +135,7 @@ class WasmPrinter:
         return Folded(self.places.scalars[key])  # type: ignore[index]
 
     def emit(self, *parts: Folded | bytes) -> None:
-        """Instructions; locals that are read for the last time are given back."""
+        """Adds instructions; locals that they read for the last time are released."""
         for part in parts:
             if isinstance(part, bytes):
                 self.function.code += part
@@ -145,13 +145,13 @@ class WasmPrinter:
                     self.count_down(key)
 
     def count_down(self, key: Key) -> None:
-        """A value has been read once more."""
+        """Counts one read of a value, and releases its local after the last one."""
         self.left[key] -= 1
         if not self.left[key]:
             self.function.give_back(self.locals.pop(key))
 
     def define(self, value: language.Operand, folded: Folded, lane: int = 0) -> None:
-        """A value: it waits where it is read once, else it goes to a local."""
+        """Defines a value: pending if it is read once, else stored in a local."""
         assert not isinstance(value, Immediate)
         key: Key = value if isinstance(value, int) else (value.number, lane)
         kind = F64 if isinstance(value, int) else self.kinds[value.type.kind]
@@ -161,7 +161,7 @@ class WasmPrinter:
             self.put_away(key, folded, kind)
 
     def put_away(self, key: Key, folded: Folded, kind: int) -> None:
-        """A value goes to a local, which is given back at once where nothing reads it."""
+        """Stores a value in a local, which is released immediately if nothing reads the value."""
         self.emit(folded)
         local = self.locals[key] = self.function.local(kind)
         self.function.code += local_set(local)
@@ -169,14 +169,14 @@ class WasmPrinter:
             self.function.give_back(self.locals.pop(key))
 
     def flush(self, *names: str) -> None:
-        """What waits and reads memory of these names, or any, is computed now."""
+        """Computes the pending values that read the named arrays or cells, or any memory."""
         for key, (folded, kind) in list(self.waiting.items()):
             if folded.reads and (not names or not folded.reads.isdisjoint(names)):
                 del self.waiting[key]
                 self.put_away(key, folded, kind)
 
     def again(self, folded: Folded) -> tuple[Folded, bytes]:
-        """A value, and what gives it once more: a local's as it is, others are kept."""
+        """A value, and instructions that give it again; a value that is not a local or constant is stored in a temporary."""
         code = folded.code
         if _is_leaf(code):
             return folded, code
@@ -184,7 +184,7 @@ class WasmPrinter:
         return Folded(code + b"\x22" + leb(local), (*folded.gets, key), folded.reads), read(local)
 
     def scratch(self, kind: int, uses: int = 1) -> tuple[int, Key]:
-        """A local for what is read within one value."""
+        """A temporary local within the computation of one value, released after `uses` reads."""
         self.scratches -= 1
         key: Key = (self.scratches, 0)
         local = self.locals[key] = self.function.local(kind)
@@ -194,7 +194,7 @@ class WasmPrinter:
     # --------------------------------------------------------------------------------------------------- arithmetic
 
     def compute(self, s: language.Compute) -> None:
-        """An operation, lane after lane."""
+        """Adds an operation, lane by lane."""
         type_ = language.type_of(s.arguments[0])
         if s.op in ("sum", "largest", "any"):
             self.define(s.value, self.fold(str(s.op), s.arguments[0], type_.width))
@@ -217,7 +217,7 @@ class WasmPrinter:
                 self.define(s.value, found, k)
 
     def operation(self, op: Op | str, kind: str, operands: Sequence[Folded]) -> Folded:
-        """An operation on one lane."""
+        """The instructions of an operation on one lane."""
         plain = _PLAIN[kind].get(op)
         if plain is not None:
             return joined(*operands, plain)
@@ -240,7 +240,7 @@ class WasmPrinter:
         raise ProgramError(f"Expected an operation that WebAssembly has, got {op!r}.")
 
     def fold(self, op: str, operand: language.Operand, width: int) -> Folded:
-        """The halves combined, down to one."""
+        """The instructions of a reduction by repeated halving."""
         own = {"sum": "add", "largest": "max", "any": "or"}[op]
         lanes = [self.operand(operand, k) for k in range(width)]
         while len(lanes) > 1:
@@ -250,7 +250,7 @@ class WasmPrinter:
         return lanes[0]
 
     def sincos(self, s: language.SinCos) -> None:
-        """Sines and cosines of two angles, or of one that is taken twice."""
+        """Adds sines and cosines of two angles, or of one angle in both lanes."""
         first, *others = map(self.operand, s.angles)
         call = b"\x10" + leb(self.sines)
         self.emit(first, SPLAT, *(part for one in others for part in (one, with_lane(1))), call)
@@ -264,7 +264,7 @@ class WasmPrinter:
     # ------------------------------------------------------------------------------------------------------- memory
 
     def at(self, s: language.Address | language.Read | language.Write, lane: int = 0) -> tuple[Folded, int]:
-        """What gives an address, and the offset from it in bytes."""
+        """The instructions of an address, and a constant offset in bytes."""
         offset, pointer = s.offset, self.places.pointers.get(s.base)
         base = self.places.fixed[s.base] if pointer is None else 0
         if isinstance(offset, Immediate):
@@ -280,7 +280,7 @@ class WasmPrinter:
         return (index if pointer is None else joined(index, read(pointer), b"\x6a")), base + 8 * lane
 
     def load(self, s: language.Read) -> None:
-        """A value from an array."""
+        """Adds a load from an array."""
         reads = frozenset() if self.places.stable else frozenset([s.base])
         width = language.type_of(s.value).width
         if width == 1:
@@ -296,7 +296,7 @@ class WasmPrinter:
             self.put_away((s.value.number, k), Folded(code, address.gets if k == width - 1 else ()), F64)
 
     def store(self, s: language.Write) -> None:
-        """A value to an array."""
+        """Adds a store to an array."""
         width = language.type_of(s.value).width
         if width > 1:
             self.settle(s.offset)
@@ -309,7 +309,7 @@ class WasmPrinter:
             self.emit(code, value, b"\x39\x03" + leb(offset))
 
     def settle(self, operand: language.Operand) -> None:
-        """What waits for being read once is kept, as it is read for each lane."""
+        """Stores a pending value in a local, because each lane will read it."""
         if isinstance(operand, Value) and (operand.number, 0) in self.waiting:
             folded, kind = self.waiting.pop((operand.number, 0))
             self.put_away((operand.number, 0), folded, kind)
@@ -321,7 +321,7 @@ _NAN = number(math.nan)
 
 
 def joined(*parts: Folded | bytes) -> Folded:
-    """Instructions one after the other."""
+    """Instructions in sequence."""
     code, reads = b"", _NONE
     gets: tuple[Key, ...] = ()
     for part in parts:
@@ -336,7 +336,7 @@ def joined(*parts: Folded | bytes) -> Folded:
 
 
 def _is_leaf(code: bytes) -> bool:
-    """Whether instructions are one: what reads a local, or a number."""
+    """Whether the code is one instruction that reads a local or pushes a constant."""
     if code[0] == 0x20:
         return code[-1] < 0x80 and min(code[1:-1], default=0x80) >= 0x80
     return code[0] == 0x44 and len(code) == 9

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The function through which XLA, the compiler behind JAX, calls a routine's machine code, as LLVM text.
+"""The entry through which XLA, the compiler of JAX, calls the machine code of a routine, as LLVM text.
 
-`<name>.xla(frame)` follows XLA's C interface for foreign functions, version 0 (`xla/ffi/api/c_api.h`, for addresses of 64 bits): the
-frame tells where the buffers of the arguments and of the result are, and how large they are. Each port is a buffer of doubles with its
-values on the last axis, a scalar too; all have as many axes before it, and what has size 1 along one of them is shared by all that lie
-along it. What is not finite passes on as it is.
+`<name>.xla(frame)` implements XLA's foreign function interface, version 0 (`xla/ffi/api/c_api.h`, 64-bit addresses): the frame gives
+the buffers and shapes of the arguments and of the result. Each port, also a scalar, is a buffer of doubles with its values on the last
+axis; all have the same number of leading axes, and axes of size 1 are broadcast. Values that are not finite propagate without an
+error.
 """
 
 from kane.program.emit.llvm import emit_llvm
@@ -59,7 +59,7 @@ done:
 
 
 def emit_xla(program: Program, routine: Routine, contract: bool = True, lanes: int = 4) -> str:
-    """The module of a program with the function that XLA calls for one of its routines."""
+    """The module of a program, with the XLA entry of one of its routines."""
     return emit_llvm([program], contract, lanes) + _HELPERS + _handler(program, routine)
 
 
@@ -126,7 +126,7 @@ done:
 
 
 def _asked() -> str:
-    """The answer to what versions the function follows; a call for another stage than the execution does nothing."""
+    """The code that answers a query of the interface version; calls for stages other than execution return without effect."""
     return f"""entry:
 {_field("%asked", "%frame", 8)}
   %is.asked = icmp ne ptr %asked, null
@@ -154,5 +154,5 @@ stage:
 
 
 def _field(name: str, record: str, at: int, kind: str = "ptr") -> str:
-    """What stands so many bytes into a record."""
+    """The load of a field at an offset in bytes of a record."""
     return f"  {name}.place = getelementptr i8, ptr {record}, i64 {at}\n  {name} = load {kind}, ptr {name}.place"

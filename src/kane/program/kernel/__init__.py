@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The kernel language: loops, choices and memory around Programs; steppers are written in it."""
+"""The kernel language, with loops, branches and memory around calls of Programs; steppers are written in it."""

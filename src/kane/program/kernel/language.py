@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The statements of Programs and kernels, which one printer a language prints.
+"""The statements of Programs and kernels, an intermediate language that one printer for each target language prints.
 
-A kernel is a function of integers, of arrays of doubles that do not overlap, and of routines that it calls; it returns an integer.
-Its body is a block of statements. A value is defined once, and is known after its definition in its block and in the blocks within;
-what changes on the way is kept in cells and arrays. There are no jumps: choices and loops hold blocks.
+A kernel is a function of integers, of arrays of doubles that do not overlap, and of routines that it calls; it returns an integer. Its
+body is a block of statements. A value is defined once, and is visible after its definition in its block and in nested blocks; mutable
+data are cells and arrays. Control flow is structured: branches and loops contain blocks.
 
-A function of a Program (`emit/walk.py`) is a block of arithmetic, loads and stores alone; its values are doubles, which are told by
-their numbers in the Program.
+A function of a Program (`emit/walk.py`) is a block of arithmetic, loads and stores only; its values are doubles, identified by their
+numbers in the Program.
 
-What holds of every kernel: values defined once and before they are used, types that fit, names that differ.
+`verified_kernel` checks every kernel: each value is defined once and before its use, types match, names are distinct.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,12 +20,12 @@ from kane.expr.ops import Op
 
 Kind = Literal["float", "int", "bool"]
 WIDTHS = (1, 4, 8)
-"""How many numbers a value may hold side by side."""
+"""The numbers of lanes that a value may have."""
 
 
 @dataclass(frozen=True, slots=True)
 class Type:
-    """Doubles, 64-bit integers or truth values; `width` of them side by side, of integers one."""
+    """The type of a value: double, 64-bit integer or truth value, with `width` lanes; integers have one."""
 
     kind: Kind
     width: int = 1
@@ -39,7 +39,7 @@ FLOAT, INT, BOOL = Type("float"), Type("int"), Type("bool")
 
 @dataclass(frozen=True, slots=True)
 class Immediate:
-    """A number, or one for each lane."""
+    """A constant: a number, or one for each lane."""
 
     type: Type
     value: float | int | tuple[float, ...]
@@ -47,7 +47,7 @@ class Immediate:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A value of a kernel, with a number that no other has."""
+    """A value of a kernel, with a unique number."""
 
     number: int
     type: Type
@@ -57,17 +57,17 @@ class Value:
 
 
 Operand: TypeAlias = Immediate | Value | int
-"""Of kernels a value or constant, of Programs the number of a value."""
+"""In kernels a value or constant, in Programs the number of a value."""
 
 
 def type_of(operand: Operand) -> Type:
-    """Numbers of values of a Program stand for doubles."""
+    """The type of an operand; the numbers of Programs denote doubles."""
     return FLOAT if isinstance(operand, int) else operand.type
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A variable of the kernel."""
+    """A mutable variable of the kernel."""
 
     name: str
     type: Type
@@ -75,14 +75,14 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class ArrayOf:
-    """An argument: the address of doubles."""
+    """An argument: a pointer to doubles."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Integer:
-    """An argument: an integer; `value` is what it is called in the body."""
+    """An argument: an integer; `value` denotes it in the body."""
 
     name: str
     value: Value
@@ -90,7 +90,7 @@ class Integer:
 
 @dataclass(frozen=True, slots=True)
 class Callee:
-    """An argument: the address of a routine, by what it takes: "float" a double, "array" the address of doubles."""
+    """An argument: a pointer to a routine; `takes` are the kinds of its arguments, "float" (a double) or "array" (a pointer)."""
 
     name: str
     takes: tuple[Literal["float", "array"], ...]
@@ -100,7 +100,7 @@ Argument: TypeAlias = ArrayOf | Integer | Callee
 
 
 class Compute(NamedTuple):
-    """`value` = `op` of `arguments`; `lane` says which, of operations that take one lane."""
+    """`value` = `op` of `arguments`; `lane` selects the lane for the operation "lane"."""
 
     value: Operand
     op: str | Op
@@ -109,21 +109,21 @@ class Compute(NamedTuple):
 
 
 class SinCos(NamedTuple):
-    """Sines and cosines of `angles`: of each, the values that its SIN and COS are, where they are wanted."""
+    """Sines and cosines of `angles`; `values` maps, for each angle, SIN and COS to the values that they define."""
 
     angles: tuple[int, ...]
     values: tuple[dict[Op, int], ...]
 
 
 class Address(NamedTuple):
-    """The doubles of an array from an index on; in Programs the index is known."""
+    """A pointer into an array, at an index; in Programs the index is a constant."""
 
     base: str
     offset: Operand
 
 
 class Read(NamedTuple):
-    """`value` = the doubles of `base` from `offset` on."""
+    """`value` = the consecutive doubles of `base` from index `offset`."""
 
     value: Operand
     base: str
@@ -131,7 +131,7 @@ class Read(NamedTuple):
 
 
 class Write(NamedTuple):
-    """The doubles of `base` from `offset` on become those of `value`."""
+    """Stores `value` to the consecutive doubles of `base` from index `offset`."""
 
     value: Operand
     base: str
@@ -140,21 +140,21 @@ class Write(NamedTuple):
 
 
 class Get(NamedTuple):
-    """`value` = what a cell holds."""
+    """`value` = the current value of a cell."""
 
     value: Value
     cell: Cell
 
 
 class Put(NamedTuple):
-    """A cell holds `value` from now on."""
+    """Assigns `value` to a cell."""
 
     cell: Cell
     value: Operand
 
 
 class If(NamedTuple):
-    """One of two blocks, as `condition` says."""
+    """Runs `then` if `condition` is true, else `other`."""
 
     condition: Operand
     then: "Block"
@@ -162,7 +162,7 @@ class If(NamedTuple):
 
 
 class While(NamedTuple):
-    """`head`, then `body` and again from the beginning, as long as `condition`, which `head` defines, is true."""
+    """Repeats `head`, which defines `condition`, and `body`; ends after `head` if the condition is false."""
 
     head: "Block"
     condition: Operand
@@ -170,7 +170,7 @@ class While(NamedTuple):
 
 
 class For(NamedTuple):
-    """`body` for `counter` = `start`, …, `stop` − 1; where these are `few`, no work is spent on making many of them fast."""
+    """Runs `body` for `counter` = `start`, …, `stop` − 1; if iterations are `few`, emitters neither unroll nor vectorize the loop."""
 
     counter: Value
     start: Operand
@@ -180,7 +180,7 @@ class For(NamedTuple):
 
 
 class CallRoutine(NamedTuple):
-    """A routine is called with numbers and addresses."""
+    """Calls a routine with numbers and pointers."""
 
     callee: Callee
     arguments: tuple[Operand | Address, ...]
@@ -192,7 +192,7 @@ Block: TypeAlias = tuple[Statement, ...]
 
 @dataclass(frozen=True, slots=True)
 class Kernel:
-    """A function of `arguments`; `cells` begin with zero, and `result` is the one whose integer is returned."""
+    """A function of `arguments`; its `cells` are initially zero, and it returns the integer in the cell `result`."""
 
     name: str
     arguments: tuple[Argument, ...]
@@ -239,11 +239,10 @@ RULES: dict[str, tuple[int, Rule]] = {
     **dict.fromkeys(("lane", "sum", "largest"), (1, _one_of_lanes("float"))),
     "any": (1, _one_of_lanes("bool")),
 }
-"""The operations: how many operands they take, and the type of the result for theirs, None where they do not fit.
+"""The operations: the number of operands, and the type of the result as a function of theirs, None if they are invalid.
 
-Each is exact or rounded once, so that every language gives the same bits where a·b + c is not contracted. Sums and largest values over
-lanes are taken in halves, lane k with lane k + width/2, down to one. The smaller and the larger one of two are
-NaN where one is.
+Each is exact or correctly rounded, so that every language gives the same bits if a·b + c is not contracted. "sum" and "largest" reduce
+lanes by repeated halving, lane k with lane k + width/2. "min" and "max" are NaN if an operand is.
 """
 
 
@@ -253,7 +252,7 @@ def result_type(op: str | Op, types: Sequence[Type]) -> Type:
     Raises
     ------
     ProgramError
-        if there is no such operation, or it does not take operands of these types
+        if the operation does not exist or does not accept operands of these types
     """
     if not isinstance(op, str) or op not in RULES:
         raise ProgramError(f"Expected one of the operations {', '.join(RULES)}, got {op!r}.")
@@ -268,12 +267,12 @@ def result_type(op: str | Op, types: Sequence[Type]) -> Type:
 
 
 def verified_kernel(kernel: Kernel) -> Kernel:
-    """The kernel itself.
+    """The kernel, unchanged.
 
     Raises
     ------
     ProgramError
-        if it is no kernel of the language
+        if it violates a rule of the language
     """
     names = [a.name for a in (*kernel.arguments, *kernel.cells)]
     twice = sorted({n for n in names if names.count(n) > 1})
@@ -286,7 +285,7 @@ def verified_kernel(kernel: Kernel) -> Kernel:
 
 
 def without_unused(kernel: Kernel) -> Kernel:
-    """The kernel without values and cells that nothing reads, and without choices and loops that do nothing."""
+    """The kernel without dead code: values and cells that nothing reads, branches and for loops without effect."""
     body, read = kernel.body, {*kernel.cells, kernel.result}
     while True:
         still = {kernel.result}
@@ -303,10 +302,10 @@ def _blocks(s: Statement) -> tuple[Block, ...]:
 
 
 def _used(block: Block, used: set[int], read: set[Cell], still: set[Cell]) -> Block:
-    """The statements of a block that do something, where `read` are the cells that are read.
+    """The live statements of a block; `read` are the cells that are read anywhere.
 
-    From the last one to the first, so that all that read a value come before it: `used` gets the numbers of the values that are read
-    by those which are kept, `still` the cells.
+    Statements are visited in reverse, so that all readers of a value come before it: live statements add the numbers of the values
+    that they read to `used`, and the cells to `still`.
     """
     kept: list[Statement] = []
     for s in reversed(block):
@@ -334,7 +333,7 @@ def _used(block: Block, used: set[int], read: set[Cell], still: set[Cell]) -> Bl
 
 
 def _operands(s: Statement) -> Sequence[Any]:
-    """What a statement reads, but for its blocks and the condition of a loop; of an address its offset."""
+    """The operands of a statement, without its blocks and the condition of a while loop; an address counts as its offset."""
     if isinstance(s, Compute):
         return s.arguments
     if isinstance(s, CallRoutine):
@@ -365,7 +364,7 @@ _TYPES: dict[type[Any], Callable[[Any], tuple[Sequence[_Typed], Sequence[_Typed]
     For: lambda s: ([(INT, s.start), (INT, s.stop)], [(INT, s.counter)]),
     While: lambda s: ([], []),
 }
-"""What a statement reads, but for its blocks and the condition of a loop, and what it defines, with the types that these must have."""
+"""The operands of a statement, without blocks and a while loop's condition, and the values that it defines, with required types."""
 
 
 def _doubles(value: Operand) -> Type:
@@ -373,7 +372,7 @@ def _doubles(value: Operand) -> Type:
 
 
 class _Check:
-    """One kernel; `defined` are the numbers of all values so far."""
+    """Verifies one kernel; `defined` are the numbers of all values so far."""
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
@@ -381,7 +380,7 @@ class _Check:
         self.defined = {a.value.number for a in kernel.arguments if isinstance(a, Integer)}
 
     def block(self, block: Block, known: dict[int, Value]) -> dict[int, Value]:
-        """A block, with the values that are known before it; those that are known at its end."""
+        """Verifies a block, given the values visible before it; returns those visible at its end."""
         known = dict(known)
         for s in block:
             if type(s) not in _TYPES:
@@ -410,7 +409,7 @@ class _Check:
         return known
 
     def define(self, value: Operand) -> dict[int, Value]:
-        """A value that is new."""
+        """Checks that a value is new, and adds it."""
         if not isinstance(value, Value) or value.number in self.defined:
             raise _wrong(self.kernel, "values that are defined once", f"value {value} again")
         if value.type.width not in WIDTHS or (value.type.kind == "int" and value.type.width > 1):
@@ -419,7 +418,7 @@ class _Check:
         return {value.number: value}
 
     def operand(self, operand: Operand, known: dict[int, Value]) -> None:
-        """A value that is known as what it is, or a constant that has a number for each lane."""
+        """Checks that an operand is a visible value or a constant with one number for each lane."""
         if isinstance(operand, Immediate):
             if isinstance(operand.value, tuple) != (operand.type.width > 1):
                 raise _wrong(self.kernel, f"a number for each lane of {operand.type}", str(operand.value))
@@ -427,7 +426,7 @@ class _Check:
             raise _wrong(self.kernel, "values that are defined where they are used", f"value {operand}")
 
     def names(self, s: Statement) -> None:
-        """Arrays, cells and routines are the kernel's, and a routine takes what it is given."""
+        """Checks that arrays, cells and routines belong to the kernel, and that a routine gets arguments of the right kinds."""
         if isinstance(s, Get | Put) and s.cell not in self.kernel.cells:
             raise _wrong(self.kernel, "cells of its own", s.cell.name)
         places = s.arguments if isinstance(s, CallRoutine) else (s,)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A kernel whose values of several numbers side by side are as many values: so its instances may be side by side instead."""
+"""Scalarization of a kernel: vector values become several scalar values, so that lanes can hold instances of the kernel instead."""
 
 from dataclasses import replace
 
@@ -26,18 +26,18 @@ from kane.program.kernel.language import (
 )
 
 _FOLDS = {"sum": "add", "largest": "max", "any": "or"}
-"""What gives one number of the halves of several, again and again."""
+"""The binary operation of each reduction over lanes."""
 
 
 def narrowed(kernel: Kernel) -> Kernel:
-    """The kernel with values and cells of width 1 alone, which computes the same bits."""
+    """The kernel with values and cells of width 1 only, which computes the same bits."""
     narrow = _Narrow(_last(kernel.body))
     body = narrow.block(kernel.body)
     return replace(kernel, body=body, cells=tuple(one for cell in kernel.cells for one in _cells(cell)))
 
 
 def _last(block: Block) -> int:
-    """A number beyond those of all values."""
+    """A number larger than those of all values."""
     result = 0
     for s in block:
         for value in (getattr(s, "value", None), getattr(s, "counter", None)):
@@ -54,35 +54,35 @@ def _cells(cell: Cell) -> list[Cell]:
 
 
 class _Narrow:
-    """The values so far: of each wide one its `parts`, by its number."""
+    """The values so far; `parts` maps the number of a vector value to its scalar values."""
 
     def __init__(self, last: int) -> None:
         self.last = last
         self.parts: dict[int, list[Operand]] = {}
 
     def new(self, type_: Type) -> Value:
-        """A value that nothing else is."""
+        """A new value."""
         self.last += 1
         return Value(self.last, Type(type_.kind))
 
     def apart(self, operand: Operand) -> list[Operand]:
-        """The numbers of an operand, one after the other."""
+        """The scalar operands of an operand, lane by lane."""
         if isinstance(operand, Immediate) and isinstance(operand.value, tuple):
             return [Immediate(FLOAT, v) for v in operand.value]
         return self.parts[operand.number] if isinstance(operand, Value) and operand.number in self.parts else [operand]
 
     def split(self, value: Operand) -> list[Operand]:
-        """New values for a wide one."""
+        """New scalar values for a vector value."""
         assert isinstance(value, Value)
         self.parts[value.number] = [self.new(value.type) for _ in range(value.type.width)]
         return self.parts[value.number]
 
     def block(self, block: Block) -> Block:
-        """The statements of a block."""
+        """The statements of a block, scalarized."""
         return tuple(one for s in block for one in self.statement(s))
 
     def statement(self, s: Statement) -> list[Statement]:
-        """A statement as one or several."""
+        """One or more scalar statements for a statement."""
         if isinstance(s, Compute):
             return self.compute(s)
         if isinstance(s, Read | Write):
@@ -98,7 +98,7 @@ class _Narrow:
         return [s._replace(body=self.block(s.body))] if isinstance(s, For) else [s]
 
     def pair_access(self, s: Read | Write) -> list[Statement]:
-        """Numbers side by side in an array."""
+        """Loads or stores of consecutive elements of an array."""
         width = type_of(s.value).width
         if width == 1:
             return [s]
@@ -109,10 +109,10 @@ class _Narrow:
         return done
 
     def compute(self, s: Compute) -> list[Statement]:
-        """An operation on each number, or one that gives one number of several."""
+        """An operation lane by lane, or an operation that selects or combines lanes."""
         arguments = [self.apart(a) for a in s.arguments]
         if s.op == "lane":
-            return [Compute(s.value, "max", (arguments[0][s.lane],) * 2)]  # itself
+            return [Compute(s.value, "max", (arguments[0][s.lane],) * 2)]  # a copy
         if s.op in _FOLDS:
             return self.fold(s, arguments[0])
         if type_of(s.value).width == 1:
@@ -125,7 +125,7 @@ class _Narrow:
         return [Compute(value, s.op, tuple(given)) for value, *given in own]
 
     def fold(self, s: Compute, parts: list[Operand]) -> list[Statement]:
-        """The halves combined, until one number is left."""
+        """A reduction over lanes by repeated halving."""
         done: list[Statement] = []
         while len(parts) > 1:
             half = len(parts) // 2

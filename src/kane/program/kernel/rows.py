@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Linear equations in kernels by rows of vectors: what is zero below a pivot, and above it on the way back, costs nothing."""
+"""Gaussian elimination with partial pivoting in kernels, on rows of vectors; zero entries below and above a pivot are skipped."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,15 +13,15 @@ VECTOR = Type("float", LANES)
 
 @contextmanager
 def vectors(w: Writer, stop: Given, start: Given = 0) -> Iterator[Term]:
-    """Where the vectors of a row begin, from one to before another."""
+    """A loop over the vectors from number `start` to before `stop` of a row; yields the index of their first element."""
     with w.few(stop, start) as j:
         yield j * LANES
 
 
 class Rows:
-    """The `count` rows of an array from `at` on: the entries of A in `square` vectors, right sides in the others up to `whole`.
+    """The `count` rows of an array from index `at`: `square` vectors with A, then the right-hand sides, up to `whole` vectors.
 
-    The places between, behind the last of A, mean nothing.
+    Padding after the last column of A is ignored.
     """
 
     def __init__(self, a: Array, at: Term, count: Term, square: Term, whole: Term) -> None:
@@ -29,16 +29,16 @@ class Rows:
         self.width = whole * LANES
 
     def row(self, i: Term) -> Term:
-        """Where a row begins."""
+        """The index of the first element of row i."""
         return self.at + i * self.width
 
     def solve(self, odd: Variable | None = None) -> None:
-        """The right sides become x of A x = b; A is lost. `odd` changes between zero and one with the sign of det A."""
+        """Replaces the right-hand sides by the solutions x of A x = b; destroys A. `odd`, 0 or 1, is flipped if det A is negative."""
         self._eliminate(odd)
         self._return()
 
     def _eliminate(self, odd: Variable | None) -> None:
-        """Rows from above, the largest entry of a column first; vectors before the pivot's are done with."""
+        """Forward elimination with partial pivoting; vectors before that of the pivot are zero and skipped."""
         a, w = self.a, self.a.writer
         largest = w.variable(f"largest{len(w.cells)}")
         place, begun = (w.variable(f"{name}{len(w.cells)}", INT) for name in ("place", "begun"))
@@ -67,7 +67,7 @@ class Rows:
                 self._subtract(self.row(i), row, k, pivot, begun.get())
 
     def _return(self) -> None:
-        """Rows from below."""
+        """Back substitution."""
         a, w = self.a, self.a.writer
         with w.few(self.count) as done:
             k = self.count - 1 - done
@@ -79,10 +79,10 @@ class Rows:
                 self._subtract(self.row(i), row, k, 1.0, self.square)
 
     def _subtract(self, row: Term, other: Term, k: Term, pivot: Given, start: Term) -> None:
-        """A row without what makes its kth entry vanish, a share of another row, from a vector on."""
+        """Subtracts a multiple of row `other` from a row, from a vector on, so that its kth entry vanishes."""
         a, w = self.a, self.a.writer
         entry = a[row + k]
-        with w.when(~entry.equals(0.0)):  # of NaN, too
+        with w.when(~entry.equals(0.0)):  # true for NaN
             share = w.compute("splat8", entry * pivot)
             with vectors(w, self.whole, start) as j:
                 a.store(row + j, a.lanes(row + j, LANES) - share * a.lanes(other + j, LANES))

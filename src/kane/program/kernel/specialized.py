@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A kernel for integers that are known: rows of arrays are then at known distances, and choices that never change are made.
+"""Specialization of a kernel to known integers: constants are propagated, branches on them resolved, array offsets made constant.
 
-Floating-point operations stay as they are, in their order, so that the results are the same bits. A place that is a fixed distance
-from another one is computed where it is used, as machines and formats add such a distance for nothing.
+Floating-point operations and their order are unchanged, so that the results are the same bits. An index at a constant distance from
+another one is computed at its use, because the targets add constant offsets to addresses at no cost.
 """
 
 from collections.abc import Callable, Mapping
@@ -38,11 +38,11 @@ _FOLDED: Mapping[str, Callable[..., Any]] = {
     "not": lambda a: not a,
     "float": float,
 }
-"""Operations on integers and truth values."""
+"""The folding of operations on integers and truth values."""
 
 
 def specialized(kernel: Kernel, integers: Mapping[str, int]) -> Kernel:
-    """The kernel with these of its integers, which are no arguments any more, and without arguments that it does not use."""
+    """The kernel with constants for these integers, which are no longer arguments, and without unused arguments."""
     known = {a.value: integers[a.name] for a in kernel.arguments if isinstance(a, Integer) and a.name in integers}
     body = _Specializer(kernel, {v: Immediate(INT, k) for v, k in known.items()}).block(kernel.body)
     arguments = tuple(a for a in kernel.arguments if not (isinstance(a, Integer) and a.name in integers))
@@ -53,7 +53,7 @@ def specialized(kernel: Kernel, integers: Mapping[str, int]) -> Kernel:
 
 
 class _Specializer:
-    """What values are in place of which, and those that are a fixed distance from another one."""
+    """The replacements of values, and the values at a constant distance from another one."""
 
     def __init__(self, kernel: Kernel, known: dict[Value, Operand]) -> None:
         self.known = known
@@ -62,7 +62,7 @@ class _Specializer:
         self.done: list[Statement] = []
 
     def block(self, block: Block) -> Block:
-        """A block."""
+        """The specialized block."""
         outer, self.done = self.done, []
         for s in block:
             self.statement(s)
@@ -70,7 +70,7 @@ class _Specializer:
         return tuple(own)
 
     def operand(self, operand: Operand) -> Operand:
-        """What stands for an operand, after the statement that adds a distance."""
+        """The replacement of an operand; adds the statement that computes it from another value and a distance, if any."""
         operand = self.plain(operand)
         if isinstance(operand, Value) and operand in self.apart:
             base, distance = self.apart[operand]
@@ -80,11 +80,11 @@ class _Specializer:
         return operand
 
     def plain(self, operand: Operand) -> Operand:
-        """What an operand is known to be."""
+        """The constant or value that replaces an operand."""
         return self.known.get(operand, operand) if isinstance(operand, Value) else operand
 
     def statement(self, s: Statement) -> None:
-        """What a statement becomes."""
+        """Adds the specialized statement."""
         if isinstance(s, Compute):
             self.compute(s)
         elif isinstance(s, language.If):
@@ -114,7 +114,7 @@ class _Specializer:
             self.done.append(s)
 
     def choice(self, s: language.If) -> None:
-        """The one block of a choice that is made."""
+        """Adds an if statement, or the branch taken if its condition is known."""
         condition = self.operand(s.condition)
         if isinstance(condition, Immediate):
             for one in s.then if condition.value else s.other:
@@ -123,14 +123,14 @@ class _Specializer:
             self.done.append(language.If(condition, self.block(s.then), self.block(s.other)))
 
     def count(self, s: language.For) -> None:
-        """A loop, unless it has no turn."""
+        """Adds a for loop, unless it has no iteration."""
         start, stop = self.operand(s.start), self.operand(s.stop)
         if isinstance(start, Immediate) and isinstance(stop, Immediate) and start.value >= stop.value:  # type: ignore[operator]
             return
         self.done.append(s._replace(start=start, stop=stop, body=self.block(s.body)))
 
     def compute(self, s: Compute) -> None:
-        """An operation, unless its result is known."""
+        """Adds an operation, unless its result is known."""
         value, op = s.value, str(s.op)
         assert isinstance(value, Value)
         given = [self.plain(a) for a in s.arguments]
@@ -148,13 +148,13 @@ class _Specializer:
         self.done.append(s._replace(arguments=tuple(map(self.operand, s.arguments))))
 
     def at_distance(self, value: Value, base: Value, distance: Immediate, sign: int) -> None:
-        """A value that is a fixed distance from another one."""
+        """Records a value at a constant distance from another one."""
         before, between = self.apart.get(base, (base, 0))
         assert isinstance(distance.value, int)
         self.apart[value] = before, between + sign * distance.value
 
     def result(self, op: str, value: Value, given: list[Operand]) -> Operand | None:
-        """What an operation on integers or truth values is known to give."""
+        """The known result of an operation on integers or truth values, else None."""
         numbers = [a.value for a in given if isinstance(a, Immediate)]
         if op == "select" and isinstance(given[0], Immediate):
             return given[1] if given[0].value else given[2]
@@ -181,7 +181,7 @@ def _numbers(block: Block) -> set[int]:
 
 
 def _names(block: Block) -> set[str]:
-    """The arrays and routines that a block uses."""
+    """The names of the arrays and routines that a block uses."""
     result: set[str] = set()
     for s in block:
         if isinstance(s, language.Read | language.Write):

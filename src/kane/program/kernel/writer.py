@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels written as Python: arithmetic on `Term`s adds statements to the block at hand.
+"""A builder of kernels in Python: arithmetic on `Term`s adds statements to the current block.
 
-Small matrices in them are square, row after row in an array from a place on.
+Linear algebra below works on small square matrices, stored in row-major order in an array from an index on.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from kane.program.kernel.language import (
 
 
 class Term:
-    """A value of the kernel that is being written."""
+    """A value of the kernel under construction."""
 
     __slots__ = ("operand", "writer")
 
@@ -72,7 +72,7 @@ class Term:
         return self.writer.compute("at_most", other, self)
 
     def equals(self, other: Given) -> Term:
-        """Whether it is the same number."""
+        """Whether two numbers are equal."""
         return (self <= other) & (self >= other)
 
     def __and__(self, other: Given) -> Term:
@@ -89,7 +89,7 @@ Given: TypeAlias = Term | float | int | tuple[float, ...]
 
 
 class Array:
-    """An array: `array[i]` reads and writes a number, `lanes(i, width)` reads several."""
+    """An array: `array[i]` reads and writes an element, `lanes(i, width)` reads consecutive ones."""
 
     def __init__(self, writer: Writer, argument: language.ArrayOf) -> None:
         self.writer, self.argument = writer, argument
@@ -101,17 +101,17 @@ class Array:
         self.writer.add(language.Write(self.writer.operand(value, FLOAT), *self.at(index)))
 
     def lanes(self, index: Given, width: int) -> Term:
-        """The `width` doubles from an index on."""
+        """The `width` consecutive doubles from an index."""
         value = self.writer.new(Type("float", width))
         self.writer.add(language.Read(value, *self.at(index)))
         return Term(self.writer, value)
 
     def store(self, index: Given, value: Term) -> None:
-        """The doubles from an index on become those of a value."""
+        """Stores the lanes of a value to consecutive elements from an index."""
         self.writer.add(language.Write(value.operand, *self.at(index)))
 
     def at(self, index: Given) -> Address:
-        """A place, for calls."""
+        """A pointer to an element, as an argument of calls."""
         return Address(self.argument.name, self.writer.operand(index, INT))
 
 
@@ -122,18 +122,18 @@ class Variable:
         self.writer, self.cell = writer, cell
 
     def get(self) -> Term:
-        """What it holds now."""
+        """Its current value."""
         value = self.writer.new(self.cell.type)
         self.writer.add(language.Get(value, self.cell))
         return Term(self.writer, value)
 
     def put(self, value: Given) -> None:
-        """It holds `value` from now on."""
+        """Assigns `value` to it."""
         self.writer.add(language.Put(self.cell, self.writer.operand(value, self.cell.type)))
 
 
 class Writer:
-    """A kernel while it is written."""
+    """A kernel under construction."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -144,7 +144,7 @@ class Writer:
         self.hoists: dict[str, Callable[..., None] | None] = {}
 
     def finished(self, result: Variable) -> language.Kernel:
-        """The kernel, verified, without what nothing reads."""
+        """The kernel, without dead code and verified; `result` is the cell of the returned integer."""
         (body,) = self.blocks
         kernel = language.Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell)
         return without_unused(verified_kernel(kernel))
@@ -152,18 +152,18 @@ class Writer:
     # ------------------------------------------------------------------------------------------ arguments and cells
 
     def array(self, name: str) -> Array:
-        """An argument: doubles."""
+        """Adds an argument: an array of doubles."""
         self.arguments.append(language.ArrayOf(name))
         return Array(self, language.ArrayOf(name))
 
     def number(self, name: str) -> Term:
-        """An argument: an integer."""
+        """Adds an argument: an integer."""
         value = self.new(INT)
         self.arguments.append(language.Integer(name, value))
         return Term(self, value)
 
     def callee(self, name: str, *takes: Literal["float", "array"]) -> Callable[..., None]:
-        """An argument: a routine. Called with terms and places it adds the call."""
+        """Adds an argument: a routine. Calling the result with terms and addresses adds a call."""
         callee = language.Callee(name, takes)
         self.arguments.append(callee)
 
@@ -175,18 +175,18 @@ class Writer:
         return call
 
     def hoisted(self, name: str) -> Array:
-        """An argument: what is hoisted of a routine."""
+        """Adds an argument: the array of hoisted values h of a routine."""
         self.hoists[name] = None
         return self.array(name)
 
     def rehoist(self, p: Array) -> None:
-        """What is hoisted of all routines is that for the parameters as they are now: by an argument `hoist_…` of each."""
+        """Adds calls that compute the hoisted values of all routines for the parameters p; adds an argument `hoist_…` for each."""
         for name, hoist in self.hoists.items():
             self.hoists[name] = known = hoist or self.callee(f"hoist_{name}", "array", "array")
             known(p.at(0), Address(name, self.operand(0, INT)))
 
     def variable(self, name: str, type_: Type = FLOAT) -> Variable:
-        """A cell, zero at first."""
+        """Adds a cell, initially zero."""
         cell = language.Cell(name, type_)
         self.cells.append(cell)
         return Variable(self, cell)
@@ -194,16 +194,16 @@ class Writer:
     # --------------------------------------------------------------------------------------------------- statements
 
     def add(self, statement: language.Statement) -> None:
-        """One more statement in the block at hand."""
+        """Adds a statement to the current block."""
         self.blocks[-1].append(statement)
 
     def new(self, type_: Type) -> Value:
-        """A value with a number of its own."""
+        """A new value."""
         self.values += 1
         return Value(self.values, type_)
 
     def operand(self, given: Given, type_: Type) -> Operand:
-        """A term's operand, or a constant of a type: a number that is given for several lanes is in each."""
+        """A term's operand, or a constant of the given type; a number for a vector type is in each lane."""
         if isinstance(given, Term):
             return given.operand
         if type_.width > 1 and not isinstance(given, tuple):
@@ -211,19 +211,19 @@ class Writer:
         return language.Immediate(type_, given if isinstance(given, tuple) else (int if type_ == INT else float)(given))
 
     def integer(self, value: int) -> Term:
-        """A constant."""
+        """An integer constant."""
         return Term(self, language.Immediate(INT, value))
 
     def constant(self, value: float) -> Term:
-        """A constant."""
+        """A double constant."""
         return Term(self, language.Immediate(FLOAT, value))
 
     def lanes(self, *values: float) -> Term:
-        """A constant of several lanes."""
+        """A vector constant."""
         return Term(self, language.Immediate(Type("float", len(values)), values))
 
     def compute(self, op: str, *given: Given, lane: int = 0) -> Term:
-        """The result of an operation; numbers take the type of the first term."""
+        """The result of an operation; Python numbers get the type of the first term."""
         types = (language.type_of(g.operand) for g in given if isinstance(g, Term))
         type_ = next((t for t in types if t.kind != "bool"), FLOAT)
         operands = tuple(self.operand(g, type_) for g in given)
@@ -236,7 +236,7 @@ class Writer:
         return self.compute("select", condition, a, b)
 
     def sum(self, terms: Sequence[Term]) -> Term:
-        """Terms added in pairs, then pairs of pairs: the chain of operations is short."""
+        """The sum of terms by pairwise summation, which shortens the chain of dependent operations."""
         terms = list(terms)
         while len(terms) > 1:
             pairs = [terms[k] + terms[k + 1] for k in range(0, len(terms) - 1, 2)]
@@ -252,19 +252,19 @@ class Writer:
 
     @contextmanager
     def count(self, stop: Given, start: Given = 0, few: bool = False) -> Iterator[Term]:
-        """The block for each integer from `start` to before `stop`; these may be known to be `few`."""
+        """A for loop from `start` to before `stop`; `few` marks a loop known to be short."""
         index = self.new(INT)
         with self._block() as body:
             yield Term(self, index)
         self.add(language.For(index, self.operand(start, INT), self.operand(stop, INT), tuple(body), few))
 
     def few(self, stop: Given, start: Given = 0) -> AbstractContextManager[Term]:
-        """`count`, where the integers are few."""
+        """`count` with few=True."""
         return self.count(stop, start, few=True)
 
     @contextmanager
     def repeat(self, condition: Callable[[], Term]) -> Iterator[None]:
-        """The block as long as the condition, computed anew each time, is true."""
+        """A while loop; the condition is computed before each iteration."""
         with self._block() as head:
             again = condition()
         with self._block() as body:
@@ -273,14 +273,14 @@ class Writer:
 
     @contextmanager
     def when(self, condition: Term) -> Iterator[None]:
-        """The block where the condition is true; `otherwise` may follow."""
+        """A block that runs if the condition is true; `otherwise` may follow."""
         with self._block() as then:
             yield
         self.add(language.If(condition.operand, tuple(then), ()))
 
     @contextmanager
     def otherwise(self) -> Iterator[None]:
-        """The block where the condition of the `when` just before is false."""
+        """A block that runs if the condition of the preceding `when` is false."""
         last = self.blocks[-1].pop()
         assert isinstance(last, language.If)
         assert not last.other, "a choice has one other block"
@@ -290,7 +290,7 @@ class Writer:
 
 
 def total(w: Writer, count: Given, term: Callable[[Term], Term]) -> Term:
-    """The sum of a term for each integer below `count`."""
+    """The sum of a term over the integers below `count`."""
     cell = w.variable(f"total{len(w.cells)}")
     cell.put(0.0)
     with w.few(count) as k:
@@ -299,12 +299,12 @@ def total(w: Writer, count: Given, term: Callable[[Term], Term]) -> Term:
 
 
 def unit(i: Term, j: Term) -> Term:
-    """An entry of the unit matrix."""
+    """Entry (i, j) of the unit matrix."""
     return i.writer.select(i.equals(j), 1.0, 0.0)
 
 
 def factor(a: Array, at: Term, width: Term, count: Term) -> None:
-    """The leading `count` rows, `width` long, become Cholesky's factor L of what they were; the lower half is read and written."""
+    """Replaces the lower triangle of the leading `count` rows, of length `width`, by the Cholesky factor L; the rest is not read."""
     w = a.writer
     with w.few(count) as i, w.few(i + 1) as j:
         row, above = at + i * width, at + j * width
@@ -316,7 +316,7 @@ def factor(a: Array, at: Term, width: Term, count: Term) -> None:
 
 
 def solve(a: Array, at: Term, width: Term, count: Term, x: Term) -> None:
-    """The `count` doubles at `x` of the same array become the solution of L Lᵀ x = what they were."""
+    """Replaces the `count` doubles b at `x`, in the same array, by the solution of L Lᵀ x = b."""
     w = a.writer
     with w.few(count) as i:
         row = at + i * width
@@ -328,7 +328,7 @@ def solve(a: Array, at: Term, width: Term, count: Term, x: Term) -> None:
 
 
 def invert(a: Array, at: Term, size: Term) -> None:
-    """Of the rows [B | 1], 2 `size` long, the second half becomes B⁻¹: Gauss and Jordan's, with the largest pivot of each column."""
+    """Replaces the right half of the rows [B | 1], of length 2 `size`, by B⁻¹: Gauss–Jordan elimination with partial pivoting."""
     w, width = a.writer, size * 2
     best, place = w.variable(f"best{len(w.cells)}"), w.variable(f"place{len(w.cells)}", INT)
     with w.few(size) as k:
@@ -353,7 +353,7 @@ def invert(a: Array, at: Term, size: Term) -> None:
 
 
 def decompose(a: Array, at: Term, size: Term, swaps: Term) -> None:
-    """The square matrix at `at` becomes L and R of it with rows swapped; with which, stands at `swaps` in the same array."""
+    """Replaces the square matrix at `at` by its factors L and U with partial pivoting; row exchanges are stored at `swaps`."""
     w = a.writer
     best, place = w.variable(f"best{len(w.cells)}"), w.variable(f"place{len(w.cells)}", INT)
     with w.few(size) as k:
@@ -380,7 +380,7 @@ def decompose(a: Array, at: Term, size: Term, swaps: Term) -> None:
 
 
 def substitute(a: Array, at: Term, size: Term, swaps: Term, x: Term) -> None:
-    """The doubles at `x` of the same array become the solution for what they were, by what `decompose` has left."""
+    """Replaces the doubles b at `x`, in the same array, by the solution for the matrix that `decompose` has factored."""
     w = a.writer
     with w.few(size) as k:
         other = w.compute("int", a[swaps + k])

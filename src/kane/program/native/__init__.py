@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Native code: compilation, cache, handles."""
+"""Native code: compilation through LLVM, the cache of object code, callable routines and kernels."""

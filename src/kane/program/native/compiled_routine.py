@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What Python calls: one compiled routine, with an argument for each port of its program.
+"""Compiled routines callable from Python, with one argument for each port of the program.
 
-Arguments are arrays of doubles of the right length, or there is an error that says which is not.
+Arguments are converted to arrays of doubles; an error names an argument of the wrong length.
 """
 
 import ctypes
@@ -27,28 +27,28 @@ from kane.program.program import Port, Program, Routine, explain
 R = TypeVar("R")
 NotFinite = Literal["warn", "raise", "ignore"]
 Block: TypeAlias = tuple[Any, ...]
-"""The memory of one call at a time: its address, a view of each port's values, and the results. A bare tuple is unpacked fastest."""
+"""The memory of one call: its address, a view of each port's values, and the results. A bare tuple is fastest to unpack."""
 
 _ALIGNMENT = 64
 _ARRAY: Any = np.ndarray
 _DOUBLE = np.dtype(np.float64)
 _NUMBERS = frozenset((float, int, np.float64))
 _MOST_KEYS = 1000
-"""Sets of names that are remembered."""
+"""The maximum number of remembered sets of keys."""
 ALL = slice(None)
 _view = ctypes.c_char.from_buffer
 _FEW = 4096
-"""Numbers up to which squares are summed."""
+"""The number of elements up to which finiteness is checked by the sum of squares."""
 
 
 def new_block(program: Program, routine: Routine) -> Block:
-    """A block with memory of its own, behind which there is room for what a batch hoists; the first call hoists."""
+    """A new block of memory, followed by room for the h of a batch; its first call computes the hoisted values."""
     at = block(program, routine)
     size = 8 * (at.size + max(1, len(program.kept)))
     raw = np.zeros(size + _ALIGNMENT, np.uint8)
     skip = -raw.ctypes.data % _ALIGNMENT
     memory = raw[skip : skip + size].view(np.float64)
-    memory[at.hoisted : at.h].view(np.int64)[:] = -1  # the bits of no parameter that arithmetic makes
+    memory[at.hoisted : at.h].view(np.int64)[:] = -1  # a NaN pattern that arithmetic does not produce
     ports: list[Any] = []
     for port, start in zip(program.ports, at.ports, strict=True):
         own = memory[start : start + len(port.symbols)]
@@ -58,10 +58,10 @@ def new_block(program: Program, routine: Routine) -> Block:
 
 
 def address(array: Array) -> int:
-    """The address of the first element of a contiguous array, which must be kept as long as it is used.
+    """The address of the first element of a contiguous array, which the caller must keep alive.
 
-    `array.ctypes` makes several objects, which takes longer than many a right-hand side; it is left to what cannot be written to, and
-    to what is empty.
+    `array.ctypes` creates several objects, which can take longer than a right-hand side; it is used only for read-only and empty
+    arrays.
     """
     try:
         return ctypes.addressof(_view(array))  # type: ignore[arg-type]  # arrays have a buffer
@@ -70,22 +70,22 @@ def address(array: Array) -> int:
 
 
 def _is_finite(a: Array) -> bool:
-    """Whether all of it is finite, of few numbers by the sum of their squares; one that is too large to tell is left to the checks.
+    """Whether all elements are finite; false too if there are few elements and the sum of their squares overflows.
 
-    That takes a third of the time, but squares of many are summed by threads, whose turns may take longer than all evaluations.
+    The sum takes a third of the time, but for many elements BLAS uses threads, which may take longer than all evaluations.
     """
     return isfinite(vdot(a, a)) if a.size <= _FEW else bool(np.isfinite(a).all())
 
 
 class CompiledRoutine(Attributes):
-    """One compiled routine: `routine(*values)`, an argument for each port of its program in their order, or by name.
+    """A compiled routine: `routine(*values)` with one argument for each port of its program, by position or name.
 
-    A scalar port takes a number, a vector its values (…, n) or a mapping by symbol or name. What a port of the tier "parameter" is not
-    given keeps its default. Leading axes broadcast; the result has them, then `shape`. It is always a new array. Threads may call
-    at the same time: each call has a block of memory to itself.
+    A scalar port takes a number; a vector port takes values (…, n) or a mapping by symbol or name. Omitted parameters have their
+    defaults. Leading axes are broadcast; the result, always a new array, has them, followed by `shape`. Calls are thread-safe: each
+    uses its own block of memory.
 
-    NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` says what happens: "warn"
-    (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
+    NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` decides: "warn" (`KaneWarning`)
+    or "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
     """
 
     __slots__ = (
@@ -123,10 +123,10 @@ class CompiledRoutine(Attributes):
         self._defaults = {name: np.array(values) for name, values in own.items()}
         self._free: list[Block] = []
         self._named: dict[tuple[Any, ...], tuple[tuple[int, ...], Callable[..., None] | None]] = {}
-        """The places of values that are given by symbol or name, by port and keys, where a call with them was checked before; and what
-        puts all of them there at once, where they are all values in their order."""
+        """The indices of values in mappings, by port and keys, for keys that have been validated; and, if the keys are all symbols in
+        order, the function that writes all values at once."""
         self.more: dict[str, Library] = {}
-        """Code of other kinds of it, by the names of its functions."""
+        """Libraries of other versions of the routine, by the names of their functions."""
         self._places = range(len(program.ports))
         self._standard = tuple(self._without_values(port.name, len(port.symbols)) for port in program.ports)
         self._layout = self._laid_out()
@@ -137,11 +137,11 @@ class CompiledRoutine(Attributes):
         self._batch = library.function(f"{name}.batch", count, count, *ports, pointer, pointer)
 
     def _without_values(self, port: str, count: int) -> Any:
-        """What stands in the place of values that a call leaves out; None where it cannot."""
+        """The values used for a port that a call omits; None if it cannot be omitted."""
         return self._defaults[port].data if port in self._defaults else None if count else np.zeros(0).data
 
     def _laid_out(self) -> tuple[tuple[tuple[int, int, bool, Any], ...], int]:
-        """Of each port its place in a block (bytes), its size, whether it is scalar, its usual values if they are finite; the end."""
+        """For each port: offset in the block (bytes), size, whether it is scalar, defaults if finite; and the size of the block."""
         at, kept = block(self.program, self.routine), []
         for start, port, standard in zip(at.ports, self.program.ports, self._standard, strict=True):
             usual = standard if standard is not None and np.isfinite(standard).all() else None
@@ -150,11 +150,11 @@ class CompiledRoutine(Attributes):
 
     @property
     def library(self) -> Library:
-        """The code."""
+        """The library of the machine code."""
         return self._library
 
     def run(self, own: Block) -> bool:
-        """One evaluation in a block, whose values are there; whether one of them or a result is not finite."""
+        """Evaluates on a block whose inputs are set; whether an input or a result is not finite."""
         return bool(self._call(own[0]))
 
     @property
@@ -164,23 +164,23 @@ class CompiledRoutine(Attributes):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of one result."""
+        """The shape of the result of one evaluation."""
         return self.routine.shape
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The name of each result, in row-major order."""
+        """The label of each result, in row-major order."""
         return self.routine.labels
 
     def __call__(self, *values: Any, **named: Any) -> Array:
-        """The results at these values of the ports."""
+        """The results at the given values of the ports."""
         inputs = self._by_port(values, named) if named or len(values) < len(self._standard) else values
         free = self._free
-        try:  # a block that nobody else uses until it is back: calls may nest, in hooks and signal handlers too
+        try:  # take a block that no other call uses: calls may be nested, also in hooks and signal handlers
             own = free.pop()
         except IndexError:
             own = new_block(self.program, self.routine)
-        try:  # the common case without conversions: a memoryview takes doubles of the same shape and nothing else
+        try:  # fast path without conversion: a memoryview accepts only doubles of the same shape
             for port, view, value, standard in zip(self._places, own[1:-1], inputs, self._standard, strict=True):
                 kind = type(value)
                 if kind is _ARRAY:
@@ -204,7 +204,7 @@ class CompiledRoutine(Attributes):
         return results
 
     def _put(self, port: int, view: Any, given: dict[Any, Any], standard: Any) -> None:
-        """Numbers by symbol or name into the memory of a port; a KeyError where these keys were not checked before."""
+        """Writes values given by symbol or name to the memory of a port; KeyError if the keys have not been validated."""
         places, pack = self._named[port, *given]
         values = given.values()
         if not _NUMBERS.issuperset(map(type, values)):
@@ -218,7 +218,7 @@ class CompiledRoutine(Attributes):
             view[place] = value
 
     def _in_rows(self, inputs: tuple[Any, ...]) -> Array | None:
-        """The results at rows of values in some ports, shared ones in the others; None where there is something to convert or tell."""
+        """The results for rows of values in some ports and shared ones in others; None if an argument needs conversion or an error."""
         try:
             own = self._free.pop()
         except IndexError:
@@ -253,14 +253,14 @@ class CompiledRoutine(Attributes):
         return out if first < 0 or self.not_finite == "ignore" else None
 
     def on_rows(self, *places: tuple[Array, int], out: Array) -> Callable[[], int]:
-        """A call that evaluates at the rows that arrays then hold, a row of results each; by one thread at a time.
+        """A function that evaluates at the rows that arrays contain when it is called, and writes rows of results; not thread-safe.
 
-        With an array for each port goes how many doubles its rows are apart, 0 where all share one. Nothing is checked.
+        Each port has an array and the stride of its rows in doubles, 0 if all share one row. Nothing is checked.
         """
         own = new_block(self.program, self.routine)
         pairs = [x for array, apart in places for x in (address(array), apart)]
         given = (len(out), *pairs, own[0].value + self._layout[1], address(out))
-        kept = own, places, out  # whose memory the call reads and writes
+        kept = own, places, out  # keeps the memory alive that the call reads and writes
 
         def evaluate(batch: Any = self._batch, given: tuple[int, ...] = given, kept: Any = kept) -> int:
             return int(batch(*given))
@@ -268,7 +268,7 @@ class CompiledRoutine(Attributes):
         return evaluate
 
     def _is_put(self, port: int, view: Any, value: Any, usual: Any) -> bool:
-        """Puts what all rows share into the memory of a port, if it is finite and of a plain kind; `usual` where nothing is given."""
+        """Writes values shared by all rows to the memory of a port, `usual` for None; whether their type is plain, all finite."""
         kind = type(value)
         if kind is _ARRAY:
             view[ALL] = value
@@ -285,7 +285,7 @@ class CompiledRoutine(Attributes):
         return False
 
     def _remember(self, inputs: tuple[Any, ...]) -> None:
-        """The keys of mappings that were found good."""
+        """Remembers the validated keys of mappings."""
         for at, port, given in zip(self._places, self.program.ports, inputs, strict=True):
             if type(given) is dict and not port.scalar and len(self._named) < _MOST_KEYS:
                 place = {s: k for k, s in enumerate(port.symbols)} | {s.name: k for k, s in enumerate(port.symbols)}
@@ -295,7 +295,7 @@ class CompiledRoutine(Attributes):
                     self._named[at, *given] = places, Struct(f"{len(places)}d").pack_into if whole else None
 
     def _doubtful(self, own: Block, inputs: tuple[Any, ...]) -> Array:
-        """The results of a call that met NaN or infinity: names the argument, or the intermediate."""
+        """The results of a call with NaN or infinity; the error or warning names the argument or the intermediate."""
         ports = self.program.ports
         results: Array = own[-1].copy()
         met = [np.array(view.value if p.scalar else view) for p, view in zip(ports, own[1:-1], strict=True)]
@@ -310,7 +310,7 @@ class CompiledRoutine(Attributes):
         return results
 
     def _by_port(self, values: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Arguments in the ports' order, None for those left out."""
+        """Arguments in the order of the ports, None for omitted ones."""
         names = [port.name for port in self.program.ports]
         by_name = dict(zip(names, values, strict=False))
         wrong = [name for name in named if name not in names or name in by_name]
@@ -322,7 +322,7 @@ class CompiledRoutine(Attributes):
         return tuple(by_name.get(name) for name in names)
 
     def _general(self, *inputs: Any) -> Array:
-        """The results at values of any kind: converted, checked, with leading axes."""
+        """The results for arguments of any kind, which are converted, checked and broadcast."""
         ports, arrays = self.program.ports, self._arrays(inputs)
         self._remember(inputs)
         leading = [a.shape if port.scalar else a.shape[:-1] for port, a in zip(ports, arrays, strict=True)]
@@ -337,14 +337,14 @@ class CompiledRoutine(Attributes):
         return self._rows(rows, leading, arrays)
 
     def _arrays(self, inputs: tuple[Any, ...]) -> list[Array]:
-        """The arguments as arrays of doubles, the parameters complete."""
+        """The arguments as arrays of doubles, with defaults for omitted parameters."""
         return [
             port_values(port, value, self._defaults.get(port.name))
             for port, value in zip(self.program.ports, inputs, strict=True)
         ]
 
     def _rows(self, rows: tuple[int, ...], leading: list[tuple[int, ...]], inputs: list[Array]) -> Array:
-        """Many evaluations in one native loop; what is the same in all rows is passed once, with stride 0."""
+        """Evaluates many rows in one native loop; values shared by all rows are passed once, with stride 0."""
         count = math.prod(rows)
         flat: list[Array] = []
         for port, lead, a in zip(self.program.ports, leading, inputs, strict=True):
@@ -373,7 +373,7 @@ class CompiledRoutine(Attributes):
         warn(message)
 
     def explain(self, *inputs: Any) -> str:
-        """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
+        """A message about the first intermediate that is not finite at one state, and its operands; "" if all are finite."""
         arrays = self._arrays(inputs)
         if any(a.ndim > (not port.scalar) for port, a in zip(self.program.ports, arrays, strict=True)):
             raise ArgumentError(f"Expected one state to explain, got shapes {', '.join(str(a.shape) for a in arrays)}.")
@@ -389,13 +389,13 @@ class CompiledRoutine(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BundleRoutine(Generic[R]):
-    """A compiled bundle: called with its ports it gives the record; `flat` gives the results as one vector."""
+    """A compiled bundle: a call with values of its ports returns the record; `flat` returns the results as one vector."""
 
     bundle: Bundle[R]
     flat: CompiledRoutine
 
     def __call__(self, *values: Any) -> R:
-        """The record at these values of the ports."""
+        """The record at the given values of the ports."""
         return self.bundle.split(self.flat(*values))
 
 
@@ -406,9 +406,9 @@ _REAL = "biuf"
 
 
 def port_values(port: Port, argument: Any, base: Array | None = None) -> Array:
-    """The values of a port: a number or an array of numbers where it is scalar, else (…, n), or by symbol or name.
+    """The values of a port: a number or array of numbers for a scalar port, else (…, n), or a mapping by symbol or name.
 
-    `base` fills in what is left out.
+    `base` supplies omitted values.
 
     Raises
     ------
@@ -432,19 +432,19 @@ def port_values(port: Port, argument: Any, base: Array | None = None) -> Array:
 
 
 def port_defaults(port: Port) -> Array:
-    """The default of every parameter, NaN where there is none."""
+    """The defaults of all parameters, NaN for those without one."""
     return np.array([np.nan if s.default is None else float(s.default) for s in port.symbols])
 
 
 def replaced_values(port: Port, argument: Mapping[Any, Any], base: Array) -> Array:
-    """`base` with the values given by symbol or name."""
+    """`base` with the values given by symbol or name replaced."""
     own = named_values(port.nouns, port.symbols, argument)
     pairs = zip(port.symbols, base, strict=True)
     return np.array([finite_number("value", s.name, own[s]) if s in own else b for s, b in pairs])
 
 
 def check_complete(port: Port, values: Array) -> Array:
-    """`values`, none of which may be missing (NaN)."""
+    """`values`; raises if one is missing (NaN)."""
     missing = [s.name for s, v in zip(port.symbols, values, strict=True) if np.isnan(v)]
     if missing:
         by_name = f", {{{', '.join(f'{n!r}: value' for n in missing)}}}"
@@ -457,7 +457,7 @@ def check_complete(port: Port, values: Array) -> Array:
 
 
 def check_finite(port: Port, values: Array) -> None:
-    """Refuse NaN and infinity, by name."""
+    """Raises an error that names values that are NaN or infinite."""
     if np.isfinite(values).all():
         return
     bad = np.argwhere(~np.isfinite(values))
@@ -469,13 +469,13 @@ def check_finite(port: Port, values: Array) -> None:
 
 
 def listed(symbols: tuple[Symbol, ...]) -> str:
-    """Names in order, the middle of long lists left out."""
+    """Names in order, with the middle of a long list omitted."""
     names = [s.name for s in symbols]
     return ", ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-3:]]) or "none"
 
 
 def _real(name: str, value: Any) -> Array:
-    if type(value).__module__.startswith("numpy.ma") and np.ma.is_masked(value):  # which takes its time to import
+    if type(value).__module__.startswith("numpy.ma") and np.ma.is_masked(value):  # numpy.ma is slow to import
         raise ArgumentError(f"Expected {name} without masked values, got a masked array: fill or drop them.")
     try:
         array = np.asarray(value)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels as machine code, and routines as they call them: where their code begins, and what was hoisted for them.
+"""Kernels as machine code, and the entries and hoisted values of the routines that they call.
 
-Calls kept in memory let a kernel make one of several: each a kernel with arguments, what hoists for it, two routines. The table has
-a row for each: where the call of the kernel, the list of hoists and that of routines begin. The number before them says which one is
-made, the next one takes what the kernel returns.
+A table of calls in memory (`KeptCalls`) lets a kernel run one of several others, each with its arguments, hoisting functions and two
+routines. A row of the table has the addresses of the call of the kernel, of the list of hoisting functions and of the routines. The
+first number of the table selects the row; the second receives the kernel's result.
 """
 
 import ctypes
@@ -43,21 +43,21 @@ _INTEGER, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """A function of a library, which it keeps alive."""
+    """A function of a library, which the entry keeps alive."""
 
     library: Library
     symbol: str
 
     @property
     def address(self) -> int:
-        """Where it begins."""
+        """Its address."""
         return self.library.address(self.symbol)
 
 
 class Hook:
-    """A Python function that a kernel calls as a routine of (t, x, p, r, h, out) at one state: it is given t and where x and out are.
+    """A Python function that a kernel calls as a routine (t, x, p, r, h, out); it receives t and the addresses of x and out.
 
-    An exception must not pass through machine code: it is kept as `raised`, and the function is not called any more.
+    Exceptions cannot propagate through machine code: the first one is stored in `raised`, after which the function is not called.
     """
 
     __slots__ = ("_function", "raised")
@@ -69,42 +69,42 @@ class Hook:
             if self.raised is None:
                 try:
                     function(t, x, out)
-                except BaseException as error:  # of any kind, an interrupt too
+                except BaseException as error:  # including KeyboardInterrupt
                     self.raised = error
 
         self._function = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 5)(call)
 
     @property
     def address(self) -> int:
-        """Where it begins."""
+        """The address of the C callback."""
         return int(ctypes.cast(self._function, ctypes.c_void_p).value or 0)
 
 
 def doubles(address: int, count: int) -> Array:
-    """So many numbers at an address, as an array that is these and no copy."""
+    """The `count` doubles at an address as an array, without a copy."""
     block: Any = (ctypes.c_double * count).from_address(address)
     result: Array = np.frombuffer(block)
     return result
 
 
 def entry(routine: CompiledRoutine) -> Entry:
-    """The function of one evaluation, which takes its ports, h and what the results are written to."""
+    """The function of one evaluation, with its ports, h and the results as arguments."""
     return Entry(routine.library, routine.name)
 
 
 def hoist_entry(routine: CompiledRoutine) -> Entry:
-    """The function that writes h of the routine's program, of its ports of the tier "parameter" and h."""
+    """The function that computes h of the routine's program; its arguments are the parameter ports and h."""
     return Entry(routine.library, hoists([routine.program])[0])
 
 
 def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
-    """The function of `width` evaluations at once, compiled when it is first asked for; see `emit_wide`."""
+    """The function of `width` evaluations at once, compiled on first use; see `emit_wide`."""
     (run,) = _more(routine, [wide_name(routine.name, width)], width, emit_wide)
     return run
 
 
 def masked_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
-    """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_masked`."""
+    """The function of `width` evaluations at once, each with its own parameters, and its hoisting function; see `emit_masked`."""
     symbols = [masked_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
     run, hoist = _more(routine, symbols, width, emit_masked)
     return run, hoist
@@ -118,15 +118,15 @@ def _more(routine: CompiledRoutine, symbols: Sequence[str], width: int, emit: Ca
 
 
 def _library_for(settings: Settings, text: str, symbols: Sequence[str], loops: bool = False) -> Library:
-    """The library of an LLVM module for the processor of the settings."""
+    """The library of an LLVM module for the processor in the settings."""
     return compile_text(text, target(settings.cpu, settings.features), symbols, settings.cache, loops)
 
 
 class Selection:
-    """Several routines of the same ports as one, of which a number in p says which is called; `table` is what it takes as h.
+    """Several routines with the same ports as one, selected by a number in p; `table` is its h.
 
-    At first none of the `count` is known; `put` gives one. `at` is the place of the number in p. Where they are `masked`, each lane
-    calls its own.
+    All `count` entries are initially empty; `put` sets one. `at` is the index of the number in p. If `masked`, each lane selects its
+    own routine.
     """
 
     def __init__(self, count: int, at: int, width: int, settings: Settings, masked: bool = False) -> None:
@@ -142,16 +142,16 @@ class Selection:
 
     @property
     def call(self) -> Entry:
-        """The routine."""
+        """The selecting routine."""
         return Entry(self._library, self._names[0])
 
     @property
     def hoist(self) -> Entry:
-        """What hoists for all that are known."""
+        """The hoisting function, which runs those of all routines that are set."""
         return Entry(self._library, self._names[1])
 
     def put(self, k: int, routine: CompiledRoutine, h: Array) -> None:
-        """The kth routine, and what is hoisted for it."""
+        """Sets the kth routine and its hoisted values."""
         if self.masked:
             own, hoist = masked_entries(routine, self.width)
         else:
@@ -161,14 +161,14 @@ class Selection:
 
 
 def aligned(count: int) -> Array:
-    """Zeros that begin where a vector of any width may."""
+    """Zeros, aligned for vectors of any width."""
     raw = np.zeros(count + _ALIGNMENT // 8)
     skip = -raw.ctypes.data % _ALIGNMENT // 8
     return raw[skip : skip + count]
 
 
 class Hoisting:
-    """What hoists for a routine, of values of all ports: arrays and numbers of the right sizes; it depends on parameters alone."""
+    """Computes h of a routine from values of all ports, arrays and numbers of the right sizes; h depends only on parameters."""
 
     __slots__ = ("_block", "_h", "_run")
 
@@ -195,11 +195,10 @@ def hoisted(routine: CompiledRoutine, *values: Any) -> Array:
 
 
 class CompiledKernel:
-    """One compiled kernel: `kernel(**given)` with an array, integer or `Entry` for each of its arguments.
+    """A compiled kernel, called with a mapping from each argument to an array, integer, `Entry` or `Hook`.
 
-    Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock. `loops` says that
-    it has long ones, which LLVM may make faster. Where there is a `width` it runs so many instances at once
-    (`emit_kernel_lanes`), which have `shared` arrays.
+    It is thread-safe with separate arrays, and runs without the GIL. `loops` requests LLVM's loop passes, for kernels with long loops.
+    With a `width` it runs that many instances at once (`emit_kernel_lanes`), which have `shared` arrays in common.
     """
 
     __slots__ = ("_function", "entry", "kernel")
@@ -218,28 +217,28 @@ class CompiledKernel:
         self._function = library.function(name, _INTEGER, *kinds)
 
     def __call__(self, given: Mapping[str, Array | int | Entry | Hook]) -> int:
-        """What the kernel returns; it writes to the arrays.
+        """Runs the kernel, which writes to the arrays, and returns its result.
 
         Raises
         ------
         ProgramError
-            if something else is given for an argument than what it is
+            if an argument has the wrong kind
         """
         return self.bound(given)()
 
     def bound(self, given: Mapping[str, Array | int | Entry | Hook]) -> "Bound":
-        """The kernel with what is given, which is looked at once: finding the addresses takes as long as a hundred short steps.
+        """The kernel with arguments that are checked once: finding the addresses takes as long as a hundred short steps.
 
         Raises
         ------
         ProgramError
-            if something else is given for an argument than what it is
+            if an argument has the wrong kind
         """
         return Bound(self._function, self.kernel, dict(given))
 
 
 class Bound:
-    """A kernel with its arguments, which it keeps alive: `bound(limit=1000)` calls it, with other integers than were given."""
+    """A kernel with its arguments, which it keeps alive: `bound(limit=1000)` calls it with other values of the integers."""
 
     __slots__ = ("_function", "_given", "_places", "passed")
 
@@ -249,7 +248,7 @@ class Bound:
         self._places = {a.name: k for k, a in enumerate(kernel.arguments) if isinstance(a, Integer)}
 
     def __call__(self, **integers: int) -> int:
-        """What the kernel returns."""
+        """Runs the kernel and returns its result."""
         for name, value in integers.items():
             self.passed[self._places[name]] = value
         return int(self._function(*self.passed))
@@ -272,11 +271,11 @@ def _passed(argument: Argument, given: Array | int | Entry | Hook | None) -> int
 _ROW, _FIRST = 3, 2
 _KEPT = ("make", "hoist", "look", "drive")
 RESULT = 1
-"""Where in the table what the kernel returned stands."""
+"""The index of the kernel's result in the table."""
 
 
 class KeptCalls:
-    """Calls that a kernel makes by the routines `make`, `hoist`, `look` and `drive`, which take the `table` as h."""
+    """A table of calls, which a kernel makes by the routines `make`, `hoist`, `look` and `drive`, whose h is `table`."""
 
     def __init__(self, most: int, settings: Settings) -> None:
         self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
@@ -293,7 +292,7 @@ class KeptCalls:
         routines: Sequence[tuple[Entry, Array]],
         p: Array,
     ) -> None:
-        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, two routines with their h."""
+        """Sets the kth call: a kernel with arguments, hoisting functions and their h for parameters p, two routines and their h."""
         own, given = kernel
         bound = own.bound(given)
         call = self._call_of(len(bound.passed))
@@ -308,15 +307,15 @@ class KeptCalls:
         self._rows[at : at + _ROW] = block.ctypes.data, listed.ctypes.data, looked.ctypes.data
 
     def _call_of(self, count: int) -> Entry:
-        """The function that calls one of so many arguments."""
+        """The function that calls a kernel with `count` arguments."""
         symbol = f"kept.call{count}"
         return Entry(_library_for(self._settings, bound_call(count), [symbol]), symbol)
 
 
 def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:
-    """A name that no other code has, and the function, which keeps its code alive; `program` has one routine.
+    """A unique name, and the function, which keeps its code alive; `program` has one routine.
 
-    Programs that XLA keeps on disk find the function by this name: it is the digest of the code's text.
+    The name is the digest of the code's text, so that programs in XLA's cache on disk find the function again.
     """
     (routine,) = program.routines
     on = target(settings.cpu, settings.features)

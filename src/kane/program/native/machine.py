@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Machine code through llvmlite: text → object → linked library.
+"""Machine code through llvmlite: LLVM text is compiled to an object file and linked.
 
-A `Library` owns the code: when it goes, so does the code. Whatever holds an entry holds the library with it, and addresses
-never leave this package.
+A `Library` owns the code, which is freed with it. Entries hold a reference to their library, and addresses never leave this package.
 
-Any thread may compile, link and drop libraries: llvmlite lets one thread at a time into LLVM, by a lock that the same thread
-may take again (the collector may drop a library while its thread compiles). Each compilation has a context of its own and each
-library a linker of its own, so that all their memory is given back.
+Any thread may compile, link and free libraries: a reentrant lock of llvmlite serializes access to LLVM (the garbage collector may free
+a library during a compilation in the same thread). Each compilation has its own context and each library its own linker, so that all
+their memory is released.
 """
 
 import atexit
@@ -27,18 +26,18 @@ from kane.program.program import Program
 from kane.progress import collecting_seldom, working
 
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
-"""On Linux a module's numbers are linked beside its code, in reach of an offset; else each of their addresses is loaded."""
+"""On Linux the small code model: a module's constants are linked within reach of an offset; elsewhere their addresses are loaded."""
 _LONG = 200_000
-"""Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
+"""Length of a text from which on LLVM selects and schedules at level 1: a third faster, and the code is as fast."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settings(Attributes):
-    """How to compile; the fields are those of `kn.compile`, and motions and analyses take them as `settings=`.
+    """Compilation settings; the fields are arguments of `kn.compile`, and motions and analyses accept them as `settings=`.
 
-    `contract` allows a·b + c in one rounding (FMA) and shared reciprocals. `cpu` is "host", or "generic" for what every processor of
-    this kind has, with the `features` to add. `cache` keeps the code in the user's cache folder. `optimize` rewrites to fewer
-    operations where `contract` lets results round in another way.
+    `contract` permits one rounding of a·b + c (FMA) and shared reciprocals. `cpu` is "host", or "generic" for the baseline of the
+    architecture with additional `features`. `cache` keeps the code in the user's cache folder. `optimize` reduces operations if
+    `contract` permits different rounding.
     """
 
     contract: bool = True
@@ -50,7 +49,7 @@ class Settings(Attributes):
 
 @dataclass(frozen=True, slots=True)
 class Processor:
-    """The processor to compile for: LLVM's name of it and its features ("+avx2,+fma,…")."""
+    """The target processor: LLVM's triple, CPU name and features ("+avx2,+fma,…")."""
 
     triple: str
     cpu: str
@@ -58,7 +57,7 @@ class Processor:
 
     @property
     def lanes(self) -> int:
-        """Doubles in a vector register."""
+        """The number of doubles in a vector register."""
         have = set(self.features.split(","))
         return 8 if "+avx512f" in have else 4 if have & {"+avx", "+avx2"} else 2
 
@@ -70,7 +69,7 @@ def _llvm() -> Any:
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
     alone = _alone()
-    # A child of fork would wait for ever for a lock that a thread which it does not have holds.
+    # After fork, the child would wait forever for a lock held by a thread that it does not have.
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)
     atexit.register(_end)
@@ -81,13 +80,13 @@ _ended = threading.Event()
 
 
 def _end() -> None:
-    """LLVM's globals are destroyed at exit: wait until no thread is in LLVM, and let none but the main one enter it again."""
+    """Before LLVM's globals are destroyed at exit: waits until no thread uses LLVM, then admits only the main thread."""
     with _alone():
         _ended.set()
 
 
 def _alone() -> Any:
-    """llvmlite's own lock, which lets one thread at a time into LLVM, again and again if it is the same."""
+    """The reentrant lock of llvmlite, which admits one thread at a time to LLVM."""
     from llvmlite import binding
 
     return getattr(binding.ffi.lib, "_lock", None) or nullcontext()
@@ -95,7 +94,7 @@ def _alone() -> Any:
 
 @contextmanager
 def _inside() -> Iterator[Any]:
-    """LLVM, for this thread alone, unless the interpreter is ending and this is not its main thread."""
+    """LLVM under the lock; raises if the interpreter is shutting down and this is not the main thread."""
     llvm = _llvm()
     with _alone():
         if _ended.is_set() and threading.current_thread() is not threading.main_thread():
@@ -108,12 +107,12 @@ def _inside() -> Iterator[Any]:
 _V2 = "+cx16,+popcnt,+sse3,+sse4.1,+sse4.2,+ssse3"
 _V3 = f"{_V2},+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave"
 LEVELS = {"x86-64-v2": _V2, "x86-64-v3": _V3, "x86-64-v4": f"{_V3},+avx512bw,+avx512cd,+avx512dq,+avx512f,+avx512vl"}
-"""Processors that the environment variable KANE_CPU can name, with their features: levels of the x86-64 psABI."""
+"""Processors for the environment variable KANE_CPU, with their features: microarchitecture levels of the x86-64 psABI."""
 
 
 @cache
 def host() -> Processor:
-    """The machine that runs this process, or the lesser one that KANE_CPU names."""
+    """The processor of this process, or the level that KANE_CPU names."""
     llvm = _llvm()
     here = Processor(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
     level = os.environ.get("KANE_CPU", "")
@@ -130,15 +129,15 @@ def host() -> Processor:
 
 
 def target(cpu: str = "host", features: str = "") -> Processor:
-    """The host, or with `cpu` "generic" what it shares with every machine of its kind, and `features` ("+avx2,+fma").
+    """The host, or, if `cpu` is "generic", the baseline of its architecture with `features` ("+avx2,+fma").
 
     Raises
     ------
     ProgramError
-        if the code could not run here: another processor, or a feature that the host lacks
+        if the code could not run here: a different processor, or a feature that the host lacks
     """
     here = host()
-    if cpu == "generic":  # first: LLVM also calls processors so that it does not know
+    if cpu == "generic":  # first, because LLVM reports this name for unknown processors too
         chosen = Processor(here.triple, "generic", "")
     elif cpu in ("host", here.cpu):
         chosen = here
@@ -165,7 +164,7 @@ class Library:
     Raises
     ------
     ProgramError
-        if the image is not an object file, lacks one of the symbols, or needs one that this process lacks
+        if the image is not an object file, lacks one of the symbols, or needs a symbol that this process lacks
     """
 
     __slots__ = ("__weakref__", "_tracker")
@@ -176,16 +175,16 @@ class Library:
             for symbol in symbols:
                 builder.export_symbol(symbol)
             try:
-                self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it keeps the linker
+                self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it owns the linker
             except RuntimeError as error:
                 raise ProgramError(f"Expected code that links and has {', '.join(symbols)}, got: {error}") from error
 
     def address(self, symbol: str) -> int:
-        """Where a function begins; valid while this library lives."""
+        """The address of a function, valid as long as this library exists."""
         return int(self._tracker[symbol])
 
     def function(self, symbol: str, result: Any, *arguments: Any, brief: bool = False) -> Any:
-        """A callable for a function, which keeps the library alive; a brief one is not worth letting go of the interpreter."""
+        """A ctypes callable, which keeps the library alive; if `brief`, it does not release the GIL."""
         kind = ctypes.PYFUNCTYPE if brief else ctypes.CFUNCTYPE
         function = kind(result, *arguments)(self.address(symbol))
         function._library = self  # type: ignore[attr-defined]  # ctypes functions take attributes
@@ -193,7 +192,7 @@ class Library:
 
 
 _turns = [threading.RLock() for _ in range(64)]
-"""One for all texts whose keys begin alike: threads that run the same motions ask for the same kernels at the same time."""
+"""Locks by a prefix of the key: threads that start the same motions request the same kernels at the same time."""
 
 
 def _renew_turns() -> None:
@@ -201,16 +200,16 @@ def _renew_turns() -> None:
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_renew_turns)  # the threads that have a turn are not in the child
+    os.register_at_fork(after_in_child=_renew_turns)  # threads that hold a lock do not exist in the child
 
 
 def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
-    """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
+    """The library of an LLVM module, from the cache if present; `loops` runs LLVM's loop passes."""
     options = [*(f"{name}={value}" for name, value in _options(text).items()), *(_IMPROVEMENTS if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
     if not cached:
         return Library(object_code(text, on, loops), symbols)
-    with _turns[int(key[:4], 16) % len(_turns)]:  # who asks while another thread compiles it finds it in the cache
+    with _turns[int(key[:4], 16) % len(_turns)]:  # a thread that waits for the same text then finds it in the cache
         image = store.read(key)
         if image is not None:
             try:
@@ -224,7 +223,7 @@ def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool 
 
 
 def build_library(programs: Sequence[Program], settings: Settings) -> Library:
-    """Emit and compile as one module, or take the object from the cache. The names of all routines must differ."""
+    """Emits and compiles programs as one module, or takes it from the cache. The names of all routines must differ."""
     with working("Compiling"), collecting_seldom():
         on = target(settings.cpu, settings.features)
         text = emit_llvm(programs, settings.contract, on.lanes)
@@ -259,7 +258,7 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
 
 
 def _inline(llvm: Any, machine: Any, module: Any) -> None:
-    """Sine and cosine go where they are called; no other pass has anything to find (docs/develop/decisions.md)."""
+    """Inlines sine and cosine; other passes would find nothing to improve (docs/develop/decisions.md)."""
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0))
     passes = llvm.create_new_module_pass_manager()
     passes.add_always_inliner_pass()
@@ -277,11 +276,11 @@ _IMPROVEMENTS = [
     "simplify_cfg",
     "instruction_combine",
 ]
-"""LLVM's passes for kernels: cells become registers, loops test at their end; what the rest of a level does bought no time."""
+"""LLVM passes for kernels: promotion of cells to registers, loop rotation; other passes of an optimization level gained nothing."""
 
 
 def _improve(llvm: Any, machine: Any, module: Any) -> None:
-    """Loops and what is kept in cells: passes that change no rounding."""
+    """Optimizes loops and promotes cells to registers, by passes that do not change rounding."""
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
     passes = llvm.create_new_module_pass_manager()
     for name in _IMPROVEMENTS:
@@ -291,7 +290,7 @@ def _improve(llvm: Any, machine: Any, module: Any) -> None:
 
 @cache
 def versions() -> tuple[str, ...]:
-    """What the machine code depends on besides text and target."""
+    """The versions on which machine code depends, besides text and target."""
     import llvmlite
 
     return (f"llvmlite {llvmlite.__version__}", "LLVM " + ".".join(map(str, _llvm().llvm_version_info)))

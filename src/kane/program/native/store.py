@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The cache of compiled code on disk.
+"""The on-disk cache of object code.
 
-An entry is one file: a line of JSON (what it is, the SHA-256 of the rest) and the object's bytes. Code is run only if folder
-and file belong to this user, nobody else can write to them, and the digest is right; anything else is a warning, and the code
-is compiled anew. Entries appear by an atomic rename; the least recently used go when all together exceed `LIMIT`, by as much as
-processes write between two looks at the folder at most.
+An entry is one file: a line of JSON (format, key, size, SHA-256 of the object) and the object's bytes. Code is run only if folder and
+file belong to this user, nobody else can write to them, and the digest is right; otherwise a warning is issued, and the code is
+compiled again. Entries are written by an atomic rename; when their total size exceeds `LIMIT`, the least recently used are removed.
+The limit may be exceeded by what processes write between two scans of the folder.
 
-The environment variable KANE_CACHE names the folder; "off" turns the cache off.
+The environment variable KANE_CACHE names the folder; "off" disables the cache.
 """
 
 import contextlib
@@ -21,25 +21,25 @@ from pathlib import Path
 from kane.errors import warn
 
 LIMIT = 256 * 2**20
-"""Bytes that the entries may take together."""
+"""The maximum total size of entries in bytes."""
 
 _FORMAT = "kane object 1"
 _SUFFIX = ".kaneobj"
 _PART = _SUFFIX + ".part"
-_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe of that name is not waited for
+_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)  # do not block on a pipe of that name
 _ABANDONED = 3600.0
-"""Seconds after which a half-written entry is taken to be one of a process that has died."""
+"""Age in seconds from which a partial file is attributed to a process that died."""
 _UNSEEN = 1 / 64
-"""The share of `LIMIT` that a process writes before it looks again at what others wrote: a look at thousands of entries takes longer
-than a small system's compilation."""
+"""The fraction of `LIMIT` that a process writes before it scans the folder again; a scan of thousands of entries takes longer than the
+compilation of a small system."""
 _ROOM = 1 / 16
-"""The share of `LIMIT` that is made free where entries go, so that the next ones need no look."""
+"""The fraction of `LIMIT` that removal frees, so that the next entries need no removal."""
 _seen: dict[Path, tuple[int, int]] = {}
-"""Of each folder the bytes of its entries when this process looked last, and those that it has written since."""
+"""By folder, the total size at this process's last scan, and the bytes that it has written since."""
 
 
 def key(*parts: str) -> str:
-    """SHA-256 of everything the object depends on."""
+    """SHA-256 of everything on which the object depends."""
     digest = hashlib.sha256()
     for part in parts:
         data = part.encode()
@@ -48,7 +48,7 @@ def key(*parts: str) -> str:
 
 
 def folder() -> Path | None:
-    """The cache's folder, or None where it is turned off."""
+    """The cache's folder, or None if the cache is disabled."""
     setting = os.environ.get("KANE_CACHE", "")
     if setting.lower() in ("off", "0", "no"):
         return None
@@ -58,23 +58,23 @@ def folder() -> Path | None:
 
     try:
         place = user_cache_path("kane", appauthor=False) / "objects"
-    except RuntimeError:  # platformdirs found no home folder
+    except RuntimeError:  # platformdirs did not determine a home folder
         place = Path("~")
-    if not place.is_absolute():  # it would be another one in each working directory
+    if not place.is_absolute():  # a relative path would be a different folder for each working directory
         warn(f"Expected this user to have a home folder for the cache, got none: nothing is kept. {_CURE}")
         return None
     return place
 
 
 def read(name: str) -> bytes | None:
-    """The object of that key, or None where there is none that can be trusted."""
+    """The object of a key, or None if there is none or it is not trusted."""
     place = _trusted(make=False)
     if place is None:
         return None
     path = place / (name + _SUFFIX)
     try:
         with open(os.open(path, _READ), "rb") as file:
-            status = os.fstat(file.fileno())  # of what is read: the path may mean something else by now
+            status = os.fstat(file.fileno())  # of the open file, because the path may have been replaced
             ordinary = stat.S_ISREG(status.st_mode)
             head, _, image = file.read().partition(b"\n") if ordinary else (b"", b"", b"")
     except FileNotFoundError:
@@ -92,12 +92,12 @@ def read(name: str) -> bytes | None:
         warn(f"Expected an intact cache entry, got a damaged one: {path}. Compiling anew and replacing it.")
         return None
     with contextlib.suppress(OSError):
-        os.utime(path)  # so that the least recently used go first
+        os.utime(path)  # marks it as recently used
     return image
 
 
 def write(name: str, image: bytes) -> None:
-    """Keep an object; a folder that cannot be written is a warning."""
+    """Stores an object; warns if the folder cannot be written."""
     place = _trusted(make=True)
     if place is None:
         return
@@ -117,14 +117,14 @@ def write(name: str, image: bytes) -> None:
 
 
 def size() -> tuple[int, int]:
-    """How many entries there are, and their bytes together."""
+    """The number of entries and their total size in bytes."""
     place = folder()
     entries = _files(place, _SUFFIX) if place is not None else []
     return len(entries), sum(length for _, length, _ in entries)
 
 
 def clear() -> tuple[int, int]:
-    """Remove all entries; how many went, and their bytes."""
+    """Removes all entries; returns their number and total size in bytes."""
     place = folder()
     if place is None:
         return 0, 0
@@ -145,7 +145,7 @@ def _head(name: str, image: bytes) -> bytes:
 
 
 def _trusted(make: bool) -> Path | None:
-    """The folder, if it is this user's alone; made where it is absent and `make` is true."""
+    """The folder, if only this user can write to it; creates it if it is absent and `make` is true."""
     place = folder()
     if place is None:
         return None
@@ -172,8 +172,8 @@ _PRIVATE = "belongs to this user and that nobody else can write to"
 
 
 def _private(status: os.stat_result) -> bool:
-    """Whether it belongs to the user as whom this process acts, and nobody else can write to it."""
-    if not hasattr(os, "geteuid"):  # where there are no such numbers, the user's folder is the user's
+    """Whether it belongs to the effective user of this process, and nobody else can write to it."""
+    if not hasattr(os, "geteuid"):  # without user ids, the user's folder is trusted
         return True
     return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
@@ -183,7 +183,7 @@ def _owner(status: os.stat_result) -> str:
 
 
 def _files(place: Path, suffix: str) -> list[tuple[float, int, Path]]:
-    """(last use, bytes, path) of each file with that suffix."""
+    """(last use, size in bytes, path) of each file with a suffix."""
     status = []
     with contextlib.suppress(OSError), os.scandir(place) as entries:
         for entry in entries:
@@ -197,7 +197,7 @@ def _files(place: Path, suffix: str) -> list[tuple[float, int, Path]]:
 
 
 def _shrink(place: Path, written: int) -> None:
-    """Keep within `LIMIT` after a write; most writes need no look at the folder."""
+    """Keeps the cache within `LIMIT` after a write; most writes need no scan of the folder."""
     total, since = _seen.get(place, (LIMIT, 0))
     since += written
     _seen[place] = total, since
@@ -217,7 +217,7 @@ def _shrink(place: Path, written: int) -> None:
 
 
 def _sweep(place: Path) -> None:
-    """Remove what processes left that died while they wrote."""
+    """Removes partial files of processes that died while writing."""
     for last, _, path in _files(place, _PART):
         if time.time() - last > _ABANDONED:
             with contextlib.suppress(OSError):

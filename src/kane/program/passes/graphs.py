@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Code as a graph of sums and products, and such a graph as code.
+"""Conversion of code to a graph of sums and products, and of such a graph to code.
 
-Sums and products of many parts become operations of two arguments again, in an order that waits little.
+Sums and products of many terms become binary operations in an order with a short critical path.
 
-Of the parts always the two that are known first are taken together (as Huffman did with weights, 1952, *Proc. IRE* 40(9), p. 1098):
-no order of a lone sum is done sooner, and few partial sums round each term. What depends on parameters alone is known before anything
-else, so that it is gathered and hoisted. A product that only one sum reads waits for its factors alone: the processor multiplies and
+The two operands that are available first are always combined (Huffman's algorithm, 1952, *Proc. IRE* 40(9), p. 1098): no order of a
+single sum finishes earlier, and few partial sums add to the rounding error of each term. Values of parameters are available first, so
+that they are combined and hoisted. For a product that only one sum reads, only its factors count, because the processor multiplies and
 adds at once.
 """
 
@@ -22,19 +22,19 @@ from kane.rewrite.divisors import MOST
 from kane.rewrite.graph import ONE, Coefficients, Cube, Graph
 
 _STEPS = {op: 1 for op in OPS.values() if not op.cost} | {ADD: 1, SUB: 1, MUL: 1, NEG: 0, DIV: 4, SQRT: 6}
-"""How long an operation takes, in additions."""
+"""Latencies of operations, in units of an addition."""
 _FUNCTION = 12
-"""The same of sines and the like."""
+"""The latency of sines and similar functions."""
 _HOISTED = -1
-"""When a value of the tier "parameter" is known."""
+"""The time at which values of the tier "parameter" are available."""
 
 
 @dataclass(slots=True, eq=False)
 class Flat:
     """Nodes by number, first the inputs and constants of the code: `kinds[v]` is ADD for a sum, MUL for a product, None for an input.
 
-    `parts` are the arguments, each a node with a sign: 2 v for the node v, 2 v + 1 for its negative. `uses` says how often a node is
-    read, `varies` whether it depends on more than parameters. `place` gives the parts that are results.
+    `parts` are the arguments, each a node with a sign: 2 v for the node v, 2 v + 1 for its negative. `uses` is the number of readers
+    of a node; `varies` tells whether it depends on anything but parameters. `place` are the parts that are results.
     """
 
     kinds: list[Op | None]
@@ -44,7 +44,7 @@ class Flat:
     place: list[int]
 
     def add(self, kind: Op, parts: list[int], varies: bool, uses: int) -> int:
-        """The number of a new node."""
+        """Adds a node; returns its number."""
         self.kinds.append(kind)
         self.parts.append(parts)
         self.varies.append(varies)
@@ -53,7 +53,7 @@ class Flat:
 
 
 def spelled(code: Code, flat: Flat) -> Code:
-    """The code of the nodes that the routines need."""
+    """The code of the nodes on which the routines depend."""
     writer = _Instructions(code, flat)
     routines = tuple(
         dataclasses.replace(g, results=tuple([writer.value(flat.place[i]) for i in g.results])) for g in code.routines
@@ -63,7 +63,7 @@ def spelled(code: Code, flat: Flat) -> Code:
 
 
 class _Instructions:
-    """The instructions so far, each once; `ready` says of each value when it is known, `part` which value a node is."""
+    """The instructions so far, without duplicates; `ready` are the times at which values are available, `part` the parts of nodes."""
 
     def __init__(self, code: Code, flat: Flat) -> None:
         self.flat, self.first = flat, code.first
@@ -74,7 +74,7 @@ class _Instructions:
         self.part = [2 * v if v < code.first else -1 for v in range(len(flat.kinds))]
 
     def value(self, part: int) -> int:
-        """The value of a part; what it needs is written first."""
+        """The value of a part; its dependencies are emitted first."""
         made, parts, kinds = self.part, self.flat.parts, self.flat.kinds
         stack = [part >> 1] if made[part >> 1] < 0 else []
         while stack:
@@ -90,7 +90,7 @@ class _Instructions:
         return self._plain(made[part >> 1] ^ (part & 1))
 
     def _node(self, kind: Op, v: int) -> int:
-        """A node whose parts are written, as a part."""
+        """Emits a node whose parts are available; the result as a part."""
         made = self.part
         parts = [made[p >> 1] ^ (p & 1) for p in self.flat.parts[v]]
         if kind is ADD or kind is MUL:
@@ -100,7 +100,7 @@ class _Instructions:
         return 2 * self._emit(kind, tuple([self._plain(p) for p in parts]))
 
     def _all(self, kind: Op, v: int, parts: list[int]) -> int:
-        """The sum or product of more than two parts, those first that are known first."""
+        """Emits the sum or product of more than two parts, always combining the two that are available first."""
         ready, kinds, uses = self.ready, self.flat.kinds, self.flat.uses
         heap = [(ready[p >> 1], k, p) for k, p in enumerate(parts)]
         if kind is ADD:
@@ -115,7 +115,7 @@ class _Instructions:
         return heap[0][2]
 
     def _both(self, kind: Op, x: int, y: int) -> int:
-        """The sum or product of two parts, as a part."""
+        """Emits the sum or product of two parts; the result as a part."""
         sign = x & 1
         if kind is MUL:
             sign ^= y & 1
@@ -126,11 +126,11 @@ class _Instructions:
         return 2 * self._emit(kind, (x >> 1, y >> 1)) + sign
 
     def _plain(self, part: int) -> int:
-        """The value of a part, negated where its sign is."""
+        """The value of a part; a negation is emitted if it has a sign."""
         return self._emit(NEG, (part >> 1,)) if part & 1 else part >> 1
 
     def _emit(self, op: Op, reads: tuple[int, ...]) -> int:
-        """The value of an instruction, written unless it is there."""
+        """The value of an instruction, emitted unless it exists."""
         key = (op, reads)
         result = self.known.get(key)
         if result is None:
@@ -150,12 +150,12 @@ Terms = list[tuple[int, Cube]]
 
 
 def read(code: Code) -> Graph:
-    """The graph of the results and notes of code, in their order: what one value alone reads goes into its sum or product."""
+    """The graph of the results and notes of code, in order; a sum or product that only one other reads is merged into it."""
     return _Reader(code).read()
 
 
 class _Reader:
-    """Of each value of the code the node and sign, or where one value alone reads it its terms: of a product one."""
+    """For each value of the code its node and sign, or, if only one value reads it, its terms; a product has one."""
 
     def __init__(self, code: Code) -> None:
         self.code, self.g = code, Graph()
@@ -193,7 +193,7 @@ class _Reader:
         return g
 
     def _shared_value(self, i: int, uses: int) -> None:
-        """A value that several others read becomes a node, but for a reciprocal, which is a literal of its own."""
+        """Makes a node of a value with several readers, except for a reciprocal, which is a literal."""
         terms = self.terms[i]
         if uses > 1 and not (len(terms) == 1 and len(terms[0][1]) == 1):
             self._as_node(i)
@@ -239,7 +239,7 @@ class _Reader:
         return [(s * sign, cube)]
 
     def _joined(self, terms: Terms) -> Terms:
-        """The terms, like ones as one."""
+        """The terms, with like terms combined."""
         g = self.g
         if len({c for _, c in terms}) == len(terms) and g.numbers.isdisjoint([x for _, c in terms for x in c]):
             return terms
@@ -251,7 +251,7 @@ class _Reader:
 
 
 def _uses(code: Code, wanted: list[int]) -> list[int]:
-    """How often each value is read or wanted."""
+    """The number of times each value is read or wanted."""
     first = code.first
     uses = [0] * (first + len(code.ops))
     for i in wanted:
@@ -265,7 +265,7 @@ def _uses(code: Code, wanted: list[int]) -> list[int]:
 
 
 def written(g: Graph, code: Code) -> Code:
-    """Code with these results: values that several read once, parameters multiplied first, a divisor of several inverted once."""
+    """The code of a graph: shared values once, parameters multiplied first, the reciprocal of a divisor of several terms."""
     writer = _Flattening(g, len(code.inputs))
     places = [2 * writer.node(v) + (s < 0) for v, s in g.results]
     flat = writer.flat
@@ -278,7 +278,7 @@ def written(g: Graph, code: Code) -> Code:
 
 
 class _Flattening:
-    """The flat nodes so far; `made` says which part a node of the graph is."""
+    """The flat nodes so far; `part` maps the nodes of the graph to parts."""
 
     def __init__(self, g: Graph, inputs: int) -> None:
         self.g = g
@@ -303,7 +303,7 @@ class _Flattening:
                 self.part[v] = self._made(v)
 
     def node(self, v: int) -> int:
-        """The flat node of one of the graph."""
+        """The flat node of a node of the graph."""
         return self.part[v] >> 1
 
     def _made(self, v: int) -> int:
@@ -320,7 +320,7 @@ class _Flattening:
         return self._add(ADD, [p ^ (s < 0) for s, p in terms])
 
     def _product(self, cube: Cube) -> int:
-        """A cube as a part: parameters together, then the rest; what this cube alone divides by divides once."""
+        """A cube as a part: parameters first, then the rest; it is divided once by the product of the divisors that only it has."""
         g = self.g
         if len({(g.varies[x >> 1], x & 1) for x in cube}) == 1 and not cube[0] & 1:
             return self._one_of([self.part[x >> 1] for x in cube])
@@ -346,7 +346,7 @@ class _Flattening:
         return (plain[0] if len(plain) == 1 else self._powers(plain)) ^ sign
 
     def _powers(self, parts: list[int]) -> int:
-        """A product; of a power half is squared."""
+        """A product; powers by repeated squaring."""
         if len(parts) == 2 and parts[0] != parts[1]:
             return self._known(parts)
         counts: dict[int, int] = {}
@@ -385,7 +385,7 @@ class _Flattening:
 
 
 def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
-    """By each node, in how many terms something is divided."""
+    """For each divisor, the number of terms that are divided by it."""
     result: dict[int, int] = {}
     for v in order:
         for t in g.of(v):
@@ -395,7 +395,7 @@ def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
 
 
 def joined(parts: list[Code]) -> Code:
-    """Code of the routines of several over the same ports; what is computed alike is computed once."""
+    """The code of the routines of several codes with the same ports; common instructions are shared."""
     inputs = len(parts[0].inputs)
     constants = list(dict.fromkeys([(x, math.copysign(1.0, x)) for part in parts for x in part.constants]))
     numbers = {key: inputs + k for k, key in enumerate(constants)}

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Identical limbs side by side: what several parts of a system compute in one way, by other numbers, becomes one vector's lanes.
+"""Superword-level parallelism (Larsen & Amarasinghe 2000, *PLDI*): isomorphic subgraphs ("limbs") are computed in vector lanes.
 
-The legs of a walking machine, the fingers of a hand, the arms of a parallel robot are derived alike, so that their instructions are
-the same but for signs and for what they read. Starting from results that are alike, arguments are matched down to the inputs; values
-that limbs share stay single, and enter in every lane. Signs are those of lanes: a − b beside a + b is a + (∓b).
+The legs of a walking machine, the fingers of a hand or the arms of a parallel robot have the same instructions except for signs and
+inputs. Starting from isomorphic results, arguments are matched down to the inputs; values that limbs share remain scalars and are
+broadcast. Signs belong to lanes: a − b in one lane and a + b in another are a + (∓b).
 
-What values are alike: computed in one way, whatever the signs and the inputs, and read in one way.
+Two values have the same form if they are computed by the same operations, regardless of signs and inputs.
 
-Sines and cosines of as many angles as a vector has lanes, one after the other in a long block.
+`gathered` places sines and cosines of as many angles as a vector has lanes next to each other in a long block.
 
-In an order that is depth first each angle's stand where the first of them is read, link by link, and a piece of the block holds few of
-them: one vector of eight angles takes no more code than one angle. Angles that inputs give, or one operation of inputs, can be had
-as soon as the first one of eight is wanted.
+In a depth-first order the sines and cosines of each angle would be where the first of them is read, link by link, with few of them in
+each piece of the block, although a vector of eight angles takes as much code as one. Angles that are inputs, or one operation on
+inputs, are available as soon as the first of eight is needed.
 """
 
 from collections import Counter, deque
@@ -23,13 +23,13 @@ from kane.expr.ops import ADD, COS, DIV, MUL, NEG, REGULAR, SIN, SQRT, SUB, Op
 from kane.program.program import Code, Operand, Pack, Program, Routine
 
 _NEAR = 3
-"""How far what reads a value is looked at to tell it from another."""
+"""The number of levels of readers that distinguish values of the same form."""
 
 
 class Alike:
-    """The form of each value: what it computes, whatever the signs and the inputs; 0 of inputs, 1 of constants.
+    """The form of each value: the operations that compute it, regardless of signs and inputs; 0 for inputs, 1 for constants.
 
-    What depends on parameters alone is an input, whose `fine` form says how it is made, where two of them are to be told apart.
+    Values that depend only on parameters count as inputs; their `fine` form, which includes their operations, distinguishes them.
     """
 
     def __init__(self, code: Code) -> None:
@@ -58,7 +58,7 @@ class Alike:
 
     @cached_property
     def uses(self) -> list[int]:
-        """By what each value is read, and that in turn, a few times: not up to where limbs come together, one after the other."""
+        """For each value a number for its form and those of `_NEAR` levels of readers, too few to reach the sums over limbs."""
         code, known = self.code, dict[tuple[int, ...], int]()
         result = self.form
         for _ in range(_NEAR):
@@ -76,19 +76,19 @@ class Alike:
         return result
 
     def plain(self, i: int) -> Operand:
-        """A value without signs before it, and its sign."""
+        """A value without its negations, and the sign."""
         sign, code = 1, self.code
         while i >= code.first and code.ops[i - code.first] is NEG:
             i, sign = code.args[i - code.first][0], -sign
         return Operand(i, sign)
 
     def op(self, i: int) -> Op:
-        """The operation of an instruction, sums for differences."""
+        """The operation of an instruction; ADD for differences."""
         op = self.code.ops[i - self.code.first]
         return ADD if op is SUB else op
 
     def reads(self, i: int) -> list[Operand]:
-        """What an instruction reads, the sign of a difference with what is taken away."""
+        """The operands of an instruction; those of a difference with the sign of the subtrahend changed."""
         own = [self.plain(a) for a in self.code.args[i - self.code.first]]
         if self.code.ops[i - self.code.first] is SUB:
             own[1] = own[1]._replace(sign=-own[1].sign)
@@ -96,18 +96,18 @@ class Alike:
 
 
 MOST = 8
-"""Limbs side by side."""
+"""The maximum number of limbs."""
 LEAST = 400
-"""Instructions of a routine from which on limbs are looked for."""
+"""The number of instructions of a routine from which on limbs are searched for."""
 _SHARE = 0.6
-"""Of a routine's instructions, how many have to be in lanes."""
+"""The minimum fraction of a routine's instructions in lanes."""
 _FAR = 100
-"""How many values are looked at for the lane of one."""
+"""The maximum number of values visited to find the lane of a value."""
 _OPS = {ADD, SUB, MUL, DIV, SQRT, SIN, COS, REGULAR}
 
 
 def beside(code: Code) -> Code | None:
-    """The code with the packs of its routines; None where no routine has limbs that are alike."""
+    """The code with the packs of its routines; None if no routine has isomorphic limbs."""
     routines = tuple(replace(r, packs=_packs(code, r)) for r in code.routines)
     return replace(code, routines=routines) if any(r.packs for r in routines) else None
 
@@ -120,7 +120,7 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     own = {alike.plain(i).value for i in routine.results}.intersection(body)
     counts = Counter(n for n in Counter(alike.form[i] for i in own).values() if 2 <= n <= MOST)
     often = Counter(Counter(alike.form[i] for i in body).values())
-    # a limb may hold a form several times
+    # a form may occur several times in each limb
     likely = [n for n in counts if sum(m * k for m, k in often.items() if m % n == 0) >= _SHARE * len(body)]
     found = [_from_results(alike, body, routine.results, n) for n in likely]
     best = max(found, key=_laid, default=())
@@ -137,7 +137,7 @@ def _from_results(alike: Alike, body: Sequence[int], results: Sequence[int], lim
 
 
 def _sums(alike: Alike, body: Sequence[int]) -> Iterator[list[int]]:
-    """The terms of each sum of more than two: where limbs come together, each has one."""
+    """The terms of each sum of more than two terms: a sum over limbs has one from each."""
     inside, inner = set(body), set[int]()
     counts = Counter(x.value for i in body for x in alike.reads(i))
     for i in reversed(body):
@@ -156,15 +156,15 @@ def _sums(alike: Alike, body: Sequence[int]) -> Iterator[list[int]]:
 
 
 def _laid(packs: Sequence[Pack]) -> int:
-    """Values in lanes."""
+    """The number of values in lanes."""
     return sum(len(p.values) for p in packs)
 
 
 @dataclass
 class _PackSearch:
-    """The packs so far, and the `lane` of each value in them; `twins` say of each limb which value stands for which of the first one.
+    """The packs so far, and the `lane` of each value in them; `twins` map, for each limb, values of the first limb to its values.
 
-    Arguments of a sum or product that are alike may stand in any order: what is known of them decides, and waits until it is known.
+    Arguments of a sum or product with the same form may be in either order: known twins decide, and the decision waits for them.
     """
 
     alike: Alike
@@ -178,7 +178,7 @@ class _PackSearch:
         self.twins = [{} for _ in range(self.limbs)]
 
     def from_values(self, values: Sequence[int] | Iterator[int]) -> None:
-        """Packs of those of the values that are alike, as many as there are limbs, and of what they read."""
+        """Adds packs of those values that have the same form and are as many as there are limbs, and of their arguments."""
         kinds: dict[int, dict[int, None]] = {}
         for i in values:
             plain = self.alike.plain(i).value
@@ -189,14 +189,14 @@ class _PackSearch:
                 self._matched(self._in_lanes(sorted(own)))
 
     def _in_lanes(self, values: list[int]) -> tuple[int, ...]:
-        """Values in the lanes of what they are made of, as far as that is placed."""
+        """Values ordered by the lanes of their dependencies, if these are all in distinct lanes."""
         lanes = [self._lane(i) for i in values]
         if None in lanes or len(set(lanes)) < len(lanes):
             return tuple(values)
         return tuple(i for _, i in sorted(zip(lanes, values, strict=True)))
 
     def _lane(self, value: int) -> int | None:
-        """The lane of what it reads first that is placed."""
+        """The lane of the nearest dependency that is in a pack."""
         waiting = deque([value])
         for _ in range(_FAR):
             if not waiting:
@@ -241,7 +241,7 @@ class _PackSearch:
         )
 
     def _lanes(self, values: tuple[int, ...], at_last: bool) -> list[list[Operand]] | None:
-        """What each lane reads, in the order of the first; None where that is not known yet and need not be decided."""
+        """The operands of each lane, in the order of the first lane; None if the order is undecided and not `at_last`."""
         lanes = [self.alike.reads(i) for i in values]
         if self.alike.op(values[0]) not in (ADD, MUL):
             return lanes
@@ -252,7 +252,7 @@ class _PackSearch:
         return [own if k else own[::-1] for k, own in zip(kept, lanes, strict=True)]
 
     def _in_order(self, first: list[Operand], own: list[Operand], twin: dict[int, int]) -> bool | None:
-        """Whether the two arguments stand as those of the first limb do; None where nothing tells."""
+        """Whether two arguments are in the order of those of the first limb; None if undecided."""
         (a, b), (x, y) = (o.value for o in first), (o.value for o in own)
         if self.alike.form[a] != self.alike.form[b]:
             return self.alike.form[a] == self.alike.form[x]
@@ -269,7 +269,7 @@ class _PackSearch:
         return None if straight == crossed else straight > crossed
 
     def _shared(self, a: int, x: int, twin: dict[int, int], deep: int = 2) -> int:
-        """How much of what a reads is known to stand for what x reads."""
+        """The number of dependencies of a with a known twin among those of x."""
         first = self.alike.code.first
         if twin.get(a) == x or a == x:
             return 1
@@ -281,13 +281,13 @@ class _PackSearch:
         )
 
     def _by_order(self, first: list[Operand], own: list[Operand]) -> bool:
-        """The same by the order in which they are computed."""
+        """The same, decided by the order of computation."""
         (a, b), (x, y) = (o.value for o in first), (o.value for o in own)
         return (a < b) == (x < y)
 
 
 def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, ...]:
-    """`block` with the sines and cosines of near angles in packs of `lanes`, each where its first one stood."""
+    """`block` with the sines and cosines of available angles in groups of `lanes`, each at the position of its first."""
     within = set(block)
     own: dict[int, list[int]] = {}  # by angle
     for i in block:
@@ -302,11 +302,11 @@ def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, .
         packs[own[pack[0]][0]] = [*(a for a in pack if a in within), *(i for a in pack for i in own[a])]
     placed: dict[int, None] = {}
     for i in block:
-        # an angle that something else reads before stays where it is
+        # an angle with an earlier reader stays where it is
         placed.update(dict.fromkeys(packs.get(i, (i,))))
     return tuple(placed)
 
 
 def _near(program: Program, angle: int, within: set[int]) -> bool:
-    """Whether an angle is one operation of what the block does not compute, and no sine itself."""
+    """Whether an angle is one operation, not itself a sine or cosine, on values from outside the block."""
     return program.op(angle) not in (SIN, COS) and within.isdisjoint(program.arguments(angle))

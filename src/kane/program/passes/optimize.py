@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Fewer operations: code is read as a graph of sums and products, rewritten there, and written in an order that waits little.
+"""Reduction of operations: code is read as a graph of sums and products, rewritten, and written with a short critical path.
 
-There are two starts: the sums and products as they are, and multiplied out (`rewrite/node_rows.py`). Of short code both are tried,
-else the one that promises more, and the other where that gains nothing. Of these and the code itself the shortest is taken.
+There are two starting points: the sums and products as they are, and expanded (`rewrite/node_rows.py`). For short code both are tried,
+else the more promising one, and the other if that gains nothing. The cheapest of these and the original code is taken.
 
-Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
-running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
-is left where the bound of a result would be more than twice as large in the mean of the points, or four times at one.
+Results change by rounding errors, so that the pass requires contraction. Taking out a factor never raises the running error bound;
+reordering a sum may, if terms cancel. So the bounds of both are compared at several points, and a form is rejected if the bound of a
+result is more than twice as large in the geometric mean over the points, or four times at one.
 
-Divisions by one divisor become one reciprocal and multiplications.
+`with_reciprocals` replaces divisions by a common divisor with one reciprocal and multiplications.
 
-A division costs a processor about ten multiplications. x/d becomes x·(1/d) where 1/d serves at least two divisions of a
-routine, or can be hoisted because d depends on parameters alone. Results change by a rounding error each, so that the pass belongs
-to compilation with contraction and is left out where results must be those of the expressions bit by bit.
+A division costs a processor about ten multiplications. x/d becomes x·(1/d) if 1/d serves at least two divisions of a routine, or can
+be hoisted because d depends only on parameters. Each result changes by a rounding error, so that the pass requires contraction and is
+omitted if results must be those of the expressions bit by bit.
 
-How far rounding may carry the results of code at given values: the running error bound, of first order.
+`rounding` computes first-order running error bounds of the results of code at given values.
 
-Each operation rounds its result z by |z| ε/2 and passes on the errors of its arguments, times its partial derivatives (Higham,
-*Accuracy and Stability of Numerical Algorithms*, 2nd ed., sec. 3.3).
+Each operation rounds its result z by at most |z| ε/2 and propagates the errors of its arguments, times its partial derivatives
+(Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., sec. 3.3).
 """
 
 import dataclasses
@@ -42,7 +42,7 @@ from kane.rewrite.node_rows import ROWS, NodeRow, normal, sweep
 
 
 def rounding(code: Code, values: Sequence[float]) -> list[tuple[float, float]]:
-    """All results at `values` of the inputs, each with the bound on its error in units of ε/2, NaN where none holds."""
+    """All results at `values` of the inputs, each with its error bound in units of ε/2, NaN if no bound is known."""
     v = [*values, *code.constants]
     e = [0.0] * len(v)
     with np.errstate(all="ignore"):
@@ -72,7 +72,7 @@ def rounding(code: Code, values: Sequence[float]) -> list[tuple[float, float]]:
 
 
 def _passed_on(op: Op, z: float, args: list[float], errors: list[float]) -> float:
-    """The error of z = op(args)."""
+    """The error bound of z = op(args)."""
     if not math.isfinite(z):
         return math.nan
     rule = _PASSED_ON.get(op)
@@ -80,7 +80,7 @@ def _passed_on(op: Op, z: float, args: list[float], errors: list[float]) -> floa
 
 
 def _by_derivative(op: Op, z: float, args: list[float], errors: list[float]) -> float:
-    """The error of z = op(args) by the derivatives of the table of operations."""
+    """The error bound of z = op(args) by the derivatives in the table of operations."""
     if not any(errors) or op.derivative is None:
         return abs(z)
     try:
@@ -106,29 +106,29 @@ _PASSED_ON: dict[Op, Callable[[float, list[float], list[float]], float]] = {
     OPS["sign"]: lambda z, args, errors: 0.0,
     OPS["floor"]: lambda z, args, errors: 0.0,
 }
-"""The error of z = op(args) where the table's derivative would take long or round nothing."""
+"""Error bounds of z = op(args) for operations that do not round or whose derivatives are slow to evaluate."""
 
 
 IN_THE_MEAN, AT_ONE = 2.0, 4.0
-"""By what factors the bound on a result's error may grow: in the geometric mean of the points, and at any of them."""
+"""The maximum growth of a result's error bound: in the geometric mean over the points, and at any point."""
 EPS = 2.0**-52
 _SHORT, _LONG = 200, 3_000
-"""Operations up to which both starts are tried, and up to which the second one is where the first gains nothing."""
+"""The numbers of operations up to which both starts are tried, and up to which the second is tried if the first gains nothing."""
 _LENGTHENED = 1.25
-"""By what factor multiplying out lengthens code with so many brackets that others are likely to serve better."""
+"""The growth of the cost by expansion above which the expanded start is tried first."""
 _SELDOM = 3
-"""Operations of parameters that weigh as much as one with the state."""
+"""The number of operations on parameters that weigh as much as one on the state."""
 _ROUNDS = 4
-"""How often the rows at a node and the divisors take turns at the most."""
+"""The maximum number of alternations between row rewriting and divisor extraction."""
 _WIDE = 2.0
-"""States are drawn once as everywhere, then of both signs up to this size."""
+"""The range of the states of both signs drawn for the second and third points."""
 
 
 class Rules(NamedTuple):
-    """What rewrites code: what an entry brings shows where it is left out (`benchmarks/ablation.py`).
+    """The rewriting rules; `benchmarks/ablation.py` measures the effect of omitting each.
 
-    `divisors` are taken out of graphs and `rows` rewrite sums, from each of the `starts`; `limbs` that are alike stay side by
-    side, as they are.
+    `divisors` are the kinds extracted from graphs and `rows` rewrite sums, from each of the `starts`; with `limbs`, code with
+    isomorphic subgraphs is vectorized instead.
     """
 
     divisors: tuple[type[DivisorKind], ...] = DIVISORS
@@ -141,7 +141,7 @@ RULES = Rules()
 
 
 def optimized(code: Code, rules: Rules = RULES) -> Code:
-    """The code with fewer operations, or as it is where its results would be less exact."""
+    """The code with fewer operations, or unchanged if its results would be less accurate."""
     return _each(code, lambda part: next(form for form in _forms(part, rules) if form is part or _as_exact(part, form)))
 
 
@@ -151,7 +151,7 @@ def rewritten(code: Code, rules: Rules = RULES) -> Code:
 
 
 def _each(code: Code, rewrite: Callable[[Code], Code]) -> Code:
-    """Every routine by itself: one call computes one of them, so that what they share is no gain."""
+    """Rewrites every routine separately: a call computes one of them, so that sharing between routines gains nothing."""
     parts = [_alone(code, routine) for routine in code.routines]
     found = list(map(rewrite, parts))
     if all(made is part for made, part in zip(found, parts, strict=True)):
@@ -170,7 +170,7 @@ def _alone(code: Code, routine: Routine) -> Code:
 
 
 def _forms(code: Code, rules: Rules) -> Iterator[Code]:
-    """Forms of the code of one routine that are no longer, and the code itself, the cheapest first, what was rewritten before it."""
+    """Rewritten forms of a routine that cost no more, the cheapest first, then the code itself."""
     own = _counts(code)
     for start in starts(code, own[0], rules):
         form = written(start, code)
@@ -180,7 +180,7 @@ def _forms(code: Code, rules: Rules) -> Iterator[Code]:
 
 
 def starts(code: Code, count: int | None = None, rules: Rules = RULES) -> list[Graph]:
-    """The graphs of code, of so many operations, from its starts, rewritten, the cheapest first."""
+    """The rewritten graphs of code with `count` operations, from its starting points, the cheapest first."""
     graph = read(code)
     count = _counts(code)[0] if count is None else count
     if count > _LONG or "multiplied out" not in rules.starts:
@@ -197,7 +197,7 @@ def starts(code: Code, count: int | None = None, rules: Rules = RULES) -> list[G
 
 
 def _rewritten(graph: Graph, rules: Rules) -> Graph:
-    """The graph by all rules, as long as one gains."""
+    """The graph, rewritten by all rules until none gains."""
     price = Price(graph, _SELDOM, 1)
     search = DivisorSearch(graph, price, rules.divisors)
     search.run()
@@ -205,12 +205,12 @@ def _rewritten(graph: Graph, rules: Rules) -> Graph:
         if not sweep(graph, price, rules.rows):
             break
         search.run()
-    graph.listener = None  # else each holds the other
+    graph.listener = None  # breaks a reference cycle
     return graph
 
 
 def _counts(code: Code) -> tuple[int, int, int]:
-    """Operations of a routine, of parameters included; of these those with the state; and among these divisions."""
+    """The numbers of operations of a routine: all, those on the state, and the divisions among the latter."""
     (routine,) = code.routines
     body = code.below(set(routine.results), True)
     needed = {a for i in body for a in code.args[i - code.first]}.union(routine.results)
@@ -219,13 +219,13 @@ def _counts(code: Code) -> tuple[int, int, int]:
 
 
 def _cost(counts: tuple[int, int, int]) -> tuple[int, int]:
-    """Operations, divisions counted twice; and of these those with the state."""
+    """The cost: operations with divisions counted twice, in total and on the state."""
     total, own, divisions = counts
     return total + divisions, own + divisions
 
 
 def _as_exact(code: Code, result: Code) -> bool:
-    """Whether every result is judged at one point at least, is the same but for rounding, and nearly as exact as before."""
+    """Whether each result could be compared at some point, agrees within rounding, and has a similar error bound."""
     growths: list[list[float]] = [[] for routine in code.routines for _ in routine.results]
     for point in points(code):
         both = zip(growths, rounding(code, point), rounding(result, point), strict=True)
@@ -242,7 +242,7 @@ def _mean(growths: list[float]) -> float:
 
 
 def points(code: Code) -> list[list[float]]:
-    """Three points: values of the inputs, those with a default at it."""
+    """Three points of values of the inputs; inputs with a default have it."""
     states = {s for port in code.ports if not port.hoisted for s in port.symbols if s.default is None}
     usual = [value_of(s, 0) for s in code.inputs]
     wide = [
@@ -253,7 +253,7 @@ def points(code: Code) -> list[list[float]]:
 
 
 _WORTH = 2
-"""Divisions by one divisor from which a reciprocal is computed."""
+"""The number of divisions by one divisor from which a reciprocal is computed."""
 
 
 def with_reciprocals(code: Code) -> Code:
@@ -294,7 +294,7 @@ def with_reciprocals(code: Code) -> Code:
 
 
 def _divisors(code: Code) -> set[int]:
-    """The divisors whose reciprocal is worth computing."""
+    """The divisors whose reciprocal is computed."""
     divisors: set[int] = set()
     for routine in code.routines:
         below = code.below(set(routine.results), True)

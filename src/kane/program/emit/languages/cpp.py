@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one header of C++17, complete in itself: pointers as in C, and std::array or Eigen's fixed sizes on top."""
+"""A Program as one self-contained C++17 header: functions on pointers as in C, and wrappers for std::array or fixed-size Eigen."""
 
 from collections.abc import Sequence
 
@@ -13,12 +13,12 @@ _ARRAY, _EIGEN = "std::array<double, {0}>", "Eigen::Matrix<double, {0}, 1>"
 
 
 def emit_cpp(program: Program, *, version: str = "") -> str:
-    """The text of `<name>.hpp` with std::array."""
+    """The text of `<name>.hpp` for std::array."""
     return _emit(program, version, False)
 
 
 def emit_eigen(program: Program, *, version: str = "") -> str:
-    """The text of `<name>.hpp` with vectors and matrices of Eigen."""
+    """The text of `<name>.hpp` for vectors and matrices of Eigen."""
     return _emit(program, version, True)
 
 
@@ -82,7 +82,7 @@ def _vector(size: int, eigen: bool) -> str:
 
 
 def _defaults(program: Program, name: str, eigen: bool) -> Sequence[str]:
-    """The function that gives the parameters' defaults."""
+    """The function that returns the default parameters."""
     symbols = [s for port in program.hoisted_ports for s in port.symbols]
     values = [c_number(float("nan") if s.default is None else float(s.default)) for s in symbols]
     own = _vector(len(symbols), eigen)
@@ -94,7 +94,7 @@ def _defaults(program: Program, name: str, eigen: bool) -> Sequence[str]:
 
 
 def _wrapper(file: CFile, f: CFunction, name: str, kept: int, eigen: bool) -> str:
-    """A function that takes and gives vectors of a library."""
+    """A function whose arguments and result are vectors of std::array or Eigen."""
     program, names = file.program, file.names.arguments
     hoist = file.functions[0]
     given, passed, hoisted = [], [], []

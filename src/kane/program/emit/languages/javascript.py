@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as a module of JavaScript (ES2015): `import { rhs } from "./model.mjs"`."""
+"""A Program as a JavaScript module (ES2015): `import { rhs } from "./model.mjs"`."""
 
 import json
 
@@ -37,7 +37,7 @@ function kane_pow(x, p) { // as C has it: 1 to any power, and -1 to an infinite 
 
 
 def emit_javascript(program: Program, *, version: str = "") -> str:
-    """The text of the module; matrices are one array, row by row."""
+    """The text of the module; a matrix is one array in row-major order."""
     file = file_of(program, _JAVASCRIPT, ("defaults", "names"))
     first, arguments = file.first.name, ", ".join(file.arguments)
     call = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as a module of Julia, generic in the type of numbers, so that ForwardDiff's pass through."""
+"""A Program as a Julia module, generic in the number type, so that it accepts the dual numbers of ForwardDiff."""
 
 from kane.program.emit.identifiers import decimal
 from kane.program.emit.languages.reserved import free_in

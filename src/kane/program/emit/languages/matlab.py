@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one function file of MATLAB, which Octave runs too: `m = model()` gives a struct of function handles."""
+"""A Program as one MATLAB function file, which Octave runs too: `m = model()` returns a struct of function handles."""
 
 from kane.program.emit.identifiers import decimal
 from kane.program.emit.languages.reserved import free_in
@@ -46,7 +46,7 @@ _HELPERS = {
 
 
 def emit_matlab(program: Program, *, version: str = "") -> str:
-    """The text of `<name>.m`; results are columns, or matrices."""
+    """The text of `<name>.m`; results are column vectors or matrices."""
     file = file_of(program, _MATLAB, ("m", "s", "c", "a", "b", "y"))
     prefix, arguments = file.prefix, ", ".join(file.arguments)
     first = file.first.name

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as a package of Modelica: pure functions, and where there is a right-hand side a block `Motion` that integrates it.
+"""A Program as a Modelica package: pure functions, and, if there is a right-hand side, a block `Motion` that integrates it.
 
-Modelica has no NaN: what other languages answer with it, an assertion or the tool's own error says here.
+Modelica has no NaN: an assertion or an error of the tool takes its place.
 """
 
 from kane.program.emit.identifiers import c_comment, decimal
@@ -53,7 +53,7 @@ _REGULAR = """
 
 
 def emit_modelica(program: Program, *, version: str = "") -> str:
-    """The text of `<name>.mo`; results are vectors, of matrices row by row."""
+    """The text of `<name>.mo`; results are vectors, matrices in row-major order."""
     file = file_of(program, _MODELICA, ("kane_regular",))
     call = [
         f"Call:     {file.prefix}.{file.first.name}({', '.join(file.arguments)}), of matrices row by row;",

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one Python module that needs NumPy only, to be read, changed and carried away.
+"""A Program as one self-contained Python module that needs NumPy only.
 
-It does the program's operations as `kane.expr.evaluation` does them, for one state or for arrays of them: a vector has its values on
-the last axis, and the axes before it are broadcast.
+It performs the operations of the program as `kane.expr.evaluation` does, for one state or for arrays of states: a vector has its
+values on the last axis, and the axes before it are broadcast.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -26,7 +26,7 @@ from kane.program.program import Port, Program, Routine
 
 
 def python_number(value: float) -> str:
-    """An operand of Python that is exactly `value`."""
+    """A Python expression of exactly `value`."""
     return decimal(value, "np.nan", "np.inf")
 
 
@@ -50,7 +50,7 @@ _NUMPY = Language(
     at="{0}[..., {1}]",
     wrapped="np.float64({0})",
 )
-"""Operations as the reference evaluator does them; `**` has short cuts that round differently, np.power has none."""
+"""Operations as in the reference evaluator; np.power instead of `**`, whose shortcuts round differently."""
 _VECTOR = '''\
 def _vector(values, table, name):
     """`values` as doubles, one for each entry of the table on the last axis."""
@@ -64,7 +64,7 @@ def _vector(values, table, name):
 def emit_numpy(program: Program, *, version: str = "") -> str:
     """The text of the module: a table for each vector, `hoist(parameters)` and `<routine>(ports)` for each routine.
 
-    NumPy rounds each operation by itself.
+    NumPy rounds each operation separately.
     """
     module = python_module(program)
     vectors = sorted(module.tables, key=lambda port: not port.hoisted)
@@ -81,7 +81,7 @@ def emit_numpy(program: Program, *, version: str = "") -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PythonModule:
-    """Names in the module: of values, of the vectors' tables, of the defaults of hoisted ones, of routines."""
+    """Identifiers in the module: of values, of the tables of vectors, of the defaults of parameters, of routines."""
 
     program: Program
     names: Names
@@ -90,12 +90,12 @@ class PythonModule:
     routines: tuple[str, ...]
 
     def arguments(self, ports: Iterable[Port]) -> str:
-        """The names of ports, one after the other."""
+        """The names of ports, separated by commas."""
         return ", ".join(self.names.arguments[port.name] for port in ports)
 
 
 def python_module(program: Program, own: Sequence[str] = ("np", "_vector", "shape")) -> PythonModule:
-    """The names in a module of Python whose own lines use the names `own`."""
+    """The identifiers of a Python module whose fixed lines use the names `own`."""
     vectors = [port for port in program.ports if not port.scalar]
     own = ["hoist", *own]
     tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, own)
@@ -135,17 +135,17 @@ def _docstring(module: PythonModule, version: str) -> str:
 
 
 def shape_text(routine: Routine) -> str:
-    """The size of a routine's results in words."""
+    """The shape of a routine's result in words."""
     return " by ".join(map(str, routine.shape)) or "a number"
 
 
 def few(labels: Sequence[str], count: int = 6) -> str:
-    """The first labels."""
+    """The first `count` labels."""
     return ", ".join(labels[:count]) + (", …" if len(labels) > count else "")
 
 
 def python_table(module: PythonModule, port: Port, number: Callable[[float], str] = python_number) -> str:
-    """The table of a vector: names, defaults, units, descriptions."""
+    """The table of a vector: names, defaults, units and descriptions."""
     name, rows = module.tables[port], []
     for s in port.symbols:
         default = "None" if s.default is None else number(float(s.default))
@@ -193,7 +193,7 @@ def _routine(module: PythonModule, routine: Routine, name: str) -> str:
 
 
 def signature(module: PythonModule) -> str:
-    """The ports; the last of them that may be left out have defaults."""
+    """The argument list; the last arguments have defaults if they may be omitted."""
     arguments: list[str] = []
     for port in reversed(module.program.ports):
         name = module.arguments([port])
@@ -204,7 +204,7 @@ def signature(module: PythonModule) -> str:
 
 
 def _converted(module: PythonModule, port: Port) -> str:
-    """The line that makes an argument an array."""
+    """The line that converts an argument to an array."""
     name = module.arguments([port])
     if port.scalar:
         return f"    {name} = np.asarray({name}, dtype=np.float64)"
@@ -212,12 +212,12 @@ def _converted(module: PythonModule, port: Port) -> str:
 
 
 def leading(module: PythonModule, port: Port) -> str:
-    """The axes before an argument's own."""
+    """The leading axes of an argument, to be broadcast."""
     return f"{module.arguments([port])}.shape{'' if port.scalar else '[:-1]'}"
 
 
 def _computed(module: PythonModule, function: Function) -> list[str]:
-    """The lines that compute what a function gives, each result with its label."""
+    """The lines that compute the results of a function, each with its label as a comment."""
     program = module.program
     (piece,) = pieces(program, function, WHOLE).chunks
     names, numbers = module.names.of(function, python_number), range(len(program.inputs), program.first)

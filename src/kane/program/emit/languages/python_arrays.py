@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one Python module of pure functions, for JAX (`jit`, `vmap`, `grad`) or for PyTorch (autograd).
+"""A Program as one Python module of pure functions, for JAX (`jit`, `vmap`, `grad`) or PyTorch (autograd).
 
-As in the module for NumPy a vector has its values on the last axis, and the axes before it are broadcast.
+As in the NumPy module, a vector has its values on the last axis, and the axes before it are broadcast.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ def _number(value: float) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Arrays:
-    """How a library of arrays spells what emitted modules need."""
+    """The spellings of an array library that emitted modules use."""
 
     language: Language
     imports: str

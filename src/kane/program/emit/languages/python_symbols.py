@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one Python module that builds it from another tool's symbols: CasADi's SX, or SymPy's with intermediates."""
+"""A Program as one Python module that rebuilds it in symbols of another tool: SX of CasADi, or SymPy with intermediate variables."""
 
 import math
 
@@ -129,7 +129,7 @@ class Steps(list):
 
 
 def emit_sympy(program: Program, *, version: str = "") -> str:
-    """The text of a module; each routine gives (intermediates, results) as `sympy.cse` does, so that nothing grows."""
+    """The text of a module; each routine returns (intermediates, results) like `sympy.cse`, so that expressions stay small."""
     file = file_of(program, _SYMPY, ("steps", "SYMBOLS"), whole=True)
     routines = file.functions[1:]
     call = [

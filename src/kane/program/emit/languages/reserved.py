@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Words that languages keep for themselves, and names of theirs that emitted text uses."""
+"""Reserved words of languages, and names that emitted text uses."""
 
 from collections.abc import Iterable
 
@@ -48,13 +48,13 @@ _WORDS = {
 
 
 def free_in(language: str) -> IsFree:
-    """Whether a language leaves a name to a program; what begins with kane_ is the emitted file's own."""
+    """The test that a name is not reserved in a language; names that begin with kane_ are reserved for the emitted file."""
     words = {*_WORDS[language].split(), *(f"kane_{name}" for name in _HELPERS.split())}
     return lambda name: name not in words
 
 
 def free_in_module(*own: str) -> IsFree:
-    """The same for Python modules that import or define `own` names."""
+    """The same test for Python modules that import or define the names `own`."""
     words: Iterable[str] = frozenset(own)
     return lambda name: is_free_in_python(name) and name not in words and not name.startswith("_")
 

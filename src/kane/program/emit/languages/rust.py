@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as a crate of Rust without its standard library: the text of `src/lib.rs`, and `Cargo.toml`.
+"""A Program as a no_std Rust crate: the text of `src/lib.rs`, and `Cargo.toml`.
 
-Functions of mathematics are those of C's library, which `core` does not have; sines and cosines are ours, as in C.
+Mathematical functions, which `core` lacks, are those of the C library; sines and cosines are those of `emit/sincos.py`, as in C.
 """
 
 from collections.abc import Sequence
@@ -79,10 +79,10 @@ def _operand(name: str) -> str:
 
 
 class RustPrinter(StraightPrinter):
-    """The lines of one function."""
+    """Prints the statements of one function."""
 
     def sincos(self, s: language.SinCos) -> None:
-        """Sine, cosine or both of one angle."""
+        """Adds the sine, the cosine or both of one angle."""
         ((angle,), (own,)) = s.angles, s.values
         sine, cosine = (self.names[own[op]] if op in own else "_" for op in (SIN, COS))
         self.used.add("sincos")
@@ -90,7 +90,7 @@ class RustPrinter(StraightPrinter):
 
 
 def emit_cargo(program: Program, *, version: str = "") -> str:
-    """The text of `Cargo.toml`, which belongs to the `src/lib.rs` of `emit_rust`."""
+    """The text of `Cargo.toml` for the `src/lib.rs` of `emit_rust`."""
     name = (identifier(program.name) or "system").lower()
     lines = [
         f"# {c_comment(made_by(version))}",
@@ -102,9 +102,9 @@ def emit_cargo(program: Program, *, version: str = "") -> str:
 
 
 def emit_rust(program: Program, *, version: str = "") -> str:
-    """The text of `src/lib.rs`: `hoist(p, h)` and `<routine>(ports, h, out)`, arrays of fixed length.
+    """The text of `src/lib.rs`: `hoist(p, h)` and `<routine>(ports, h, out)`, on arrays of fixed length.
 
-    Rust rounds each operation by itself.
+    Rust rounds each operation separately.
     """
     file = file_of(program, _RUST, ("w", "DEFAULTS"), style=_STYLE, printer=RustPrinter)
     hoist, *routines = file.functions
@@ -133,7 +133,7 @@ def _declared(file: File, ports: Sequence[Port]) -> list[str]:
 
 
 def _function(file: File, f: Emitted) -> list[str]:
-    """One function, or for a long block several and one that calls them in turn."""
+    """The definition of a function; a long block is split into several functions and one that calls them in turn."""
     program, hoisting = file.program, f is file.functions[0]
     ports = program.hoisted_ports if hoisting else program.ports
     target, size = ("h", len(program.kept)) if hoisting else ("out", len(f.function.results))
@@ -153,7 +153,7 @@ def _function(file: File, f: Emitted) -> list[str]:
 
 
 def _helpers(used: set[str]) -> list[str]:
-    """The functions of mathematics that are used, and C's behind them."""
+    """The mathematical functions in use, and the declarations of the C functions that they call."""
     lines, outside = [], dict[str, int]()
     if used & {"abs", "regular", "sincos"}:
         lines.append(_ABS)

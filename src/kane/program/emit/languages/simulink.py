@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as an S-function of Simulink: a level-2 C MEX file, the equations in C with the functions that Simulink calls."""
+"""A Program as a Simulink S-function: a level-2 C MEX file with the equations in C and the functions that Simulink calls."""
 
 from kane.errors import ArgumentError
 from kane.program.emit.c import CFile, CFunction, c_file, emit_c
@@ -108,12 +108,12 @@ static void mdlTerminate(SimStruct *S)
 
 
 def emit_simulink(program: Program, *, contract: bool = True, version: str = "") -> str:
-    """The text of `<name>_sfun.c`: "rhs" gives the derivatives, "outputs", where there is one, the second port of outputs.
+    """The text of `<name>_sfun.c`: "rhs" gives the derivatives; "outputs", if present, is the second output port.
 
     Raises
     ------
     ArgumentError
-        if there is no right-hand side, or a routine takes something else than t, x, p and r
+        if there is no right-hand side, or a routine has a port other than t, x, p and r
     """
     ports = {port.name: port for port in program.ports}
     routines = {r.name for r in program.routines}
@@ -164,7 +164,7 @@ _IN = """\
 
 
 def _called(file: CFile, f: CFunction, out: str, inputs: int) -> str:
-    """A block that calls a routine at the present state."""
+    """A block that calls a routine at the current state."""
     parameters = len(file.program.port("p").symbols)
     return f"""    {{
         double p[{parameters} + 1], r[{inputs} + 1];

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What text of languages without our own machine model shares: statements by a table of forms, names, the comment at the head.
+"""Shared parts of the emitters of straight-line text: forms of statements, identifiers, the comment at the head of the file.
 
-A `Language` says how it writes an operation, a number, an element of a vector; its own file adds what stands around the statements.
+A `Language` describes how operations, numbers and vector elements are written; the module of the language adds the text around them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -23,11 +23,11 @@ from kane.program.kernel import language
 from kane.program.program import Program
 
 WHOLE = Style(whole=float("inf"))
-"""Each routine in one piece, sines and cosines operations like others."""
+"""Each routine in one piece, with separate operations for sines and cosines."""
 
 
 def forms(rows: Mapping[str, str], functions: str = "", spelled: str = "{}({{0}})") -> dict[Op, str]:
-    """Forms by operation: arithmetic, `functions` of one argument that the language spells as `spelled`, and rows of its own."""
+    """Forms by operation: arithmetic, one-argument `functions` written as `spelled`, and the additional or different `rows`."""
     calls = {name: spelled.format(name) for name in functions.split()}
     return {OPS[name]: form for name, form in {**ARITHMETIC, **calls, **rows}.items()}
 
@@ -36,9 +36,9 @@ def forms(rows: Mapping[str, str], functions: str = "", spelled: str = "{}({{0}}
 class Language:
     """How a language writes statements.
 
-    `forms` are of {0}, {1}, …; constant operands are `wrapped` where all of an operation are, with `all_wrapped` in each that is
-    no arithmetic. `load` is `define` for what is read, `at_kept` is `at` for what is hoisted, where these are others. `first` is the
-    number of a vector's first element. With `listed` a function gives back a list of results, else it stores them.
+    `forms` are in terms of {0}, {1}, …. Constant operands are `wrapped` if all operands of the operation are constants, or, with
+    `all_wrapped`, if it is not arithmetic. `load` and `at_kept`, unless empty, replace `define` for loads and `at` for hoisted values.
+    `first` is the index of a vector's first element. A function returns a list of results if `listed`, else it stores them.
     """
 
     forms: Mapping[Op, str]
@@ -57,7 +57,7 @@ class Language:
 
 
 class StraightPrinter(NamedPrinter):
-    """The lines of one function; of a listed language `results` are what it gives, each with its label."""
+    """Prints the statements of one function; in a `listed` language `results` are those to return, each with its label."""
 
     def __init__(
         self, spoken: Language, names: Mapping[int, str], vectors: Mapping[str, str], constants: range, depth: int
@@ -68,7 +68,7 @@ class StraightPrinter(NamedPrinter):
         self.used: set[str] = set()
 
     def compute(self, s: language.Compute) -> None:
-        """An operation."""
+        """Adds an operation."""
         constant = [a in self.constants for a in s.arguments]
         arithmetic = isinstance(s.op, Op) and s.op.name in ARITHMETIC
         wrap = all(constant) or (self.spoken.all_wrapped and not arithmetic)
@@ -81,12 +81,12 @@ class StraightPrinter(NamedPrinter):
         self.add(self.spoken.define.format(self.names[int(str(s.value))], self.spoken.forms[s.op].format(*operands)))
 
     def load(self, s: language.Read) -> None:
-        """A value from a vector."""
+        """Adds a load from a vector."""
         name = self.names[int(str(s.value))]
         self.add((self.spoken.load or self.spoken.define).format(name, self._at(s.base, s.offset)))
 
     def store(self, s: language.Write) -> None:
-        """A result."""
+        """Adds a result."""
         name, label = self.names[int(str(s.value))], f"{self.spoken.comment} {c_comment(s.label)}" if s.label else ""
         if self.spoken.listed:
             self.results.append((name, label))
@@ -100,9 +100,9 @@ class StraightPrinter(NamedPrinter):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Emitted:
-    """A function as its language writes it.
+    """A function as printed in one language: the lines of its parts, and `used`, the names of its operations.
 
-    It has lines in parts that pass values in `slots` of a work array, the results of a listed language, and operations that it uses.
+    `slots` is the length of the work array that passes values between parts; `results` are (value, label) in a listed language.
     """
 
     function: Function
@@ -118,14 +118,14 @@ class Emitted:
         return tuple(line for part in self.parts for line in part)
 
     def listed(self, indent: str, name: str = "out") -> list[str]:
-        """The results as a list, one a line."""
+        """The results as a list literal, one per line."""
         rows = [f"{indent}    {text},  {label}".rstrip() for text, label in self.results]
         return [f"{indent}{name} = [", *rows, f"{indent}]"] if rows else [f"{indent}{name} = []"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class File:
-    """A program in a language: what its functions are called and do, hoisting first; `names` are those of values."""
+    """A program in one language: the names and bodies of its functions, the hoisting function first; `names` are those of values."""
 
     program: Program
     prefix: str
@@ -134,12 +134,12 @@ class File:
 
     @property
     def first(self) -> Emitted:
-        """The first routine, by which a head says how all are called."""
+        """The first routine, the example in the comment at the head of the file."""
         return self.functions[min(1, len(self.program.routines))]
 
     @property
     def used(self) -> set[str]:
-        """Names of operations in all functions."""
+        """Names of the operations in all functions."""
         return {name for f in self.functions for name in f.used}
 
     @property
@@ -149,7 +149,7 @@ class File:
 
     @property
     def hoisted(self) -> list[str]:
-        """The names of the ports of parameters."""
+        """The names of the parameter ports."""
         return [self.names.arguments[port.name] for port in self.program.hoisted_ports]
 
 
@@ -162,7 +162,7 @@ def file_of(
     style: Style = WHOLE,
     printer: type[StraightPrinter] = StraightPrinter,
 ) -> File:
-    """The functions of a program; `own` names are those of the language's own lines. With `whole` a routine hoists for itself."""
+    """The functions of a program; `own` are reserved names. With `whole`, each routine computes the hoisted values that it needs."""
     reserved = set(own)
 
     def free(name: str) -> bool:
@@ -192,7 +192,7 @@ def file_of(
 
 
 def unhoisted(program: Program, function: Function) -> Function:
-    """The function with what it needs of the hoisted instructions in itself."""
+    """The function with the hoisted instructions that it needs in its own block."""
     needed = {a for i in function.block for a in program.arguments(i)}.union(function.results)
     block = (*program.below(needed, False), *function.block)
     places = {i: place for i, place in function.places.items() if i < len(program.inputs)}
@@ -203,7 +203,7 @@ def unhoisted(program: Program, function: Function) -> Function:
 
 
 def head(file: File, version: str, call: Sequence[str], first: int = 0, brackets: str = "[]") -> list[str]:
-    """The lines of the comment that a file opens with: what it is, how it is called, what its vectors hold."""
+    """The comment at the head of the file: its purpose, how to call its functions, the contents of its vectors."""
     program, names, k = file.program, file.names, 0
     lines = [f"{program.name}: {program.subject}. {made_by(version)}", *call]
     if program.lost:
@@ -222,7 +222,7 @@ def head(file: File, version: str, call: Sequence[str], first: int = 0, brackets
 
 
 def numbers_of(program: Program, spoken: Language) -> str:
-    """The defaults of the parameters, not a number where there is none."""
+    """The defaults of the parameters as literals, NaN where there is none."""
     values = [s.default for port in program.hoisted_ports for s in port.symbols]
     return ", ".join(spoken.number(float("nan") if v is None else float(v)) for v in values)
 
