@@ -203,7 +203,7 @@ class Linear(Attributes):
         return SecondOrder(names, self.inputs, m, -m @ damping, -m @ stiffness, m @ h @ self.B[u])
 
     def _check_closed(self, q: Sequence[int], h: Array, hidden: Array) -> None:
-        """q̇ and q̈ must hold no other coordinates, and nothing of the speeds beyond q̇."""
+        """Raise SimulationError if q̇ or q̈ depend on other coordinates, or q̈ on speeds in a way that does not follow from q̇."""
         count = len(self.coordinates)
         rest = [j for j in range(count) if j not in q]
         rates, changes = self.A[q], h @ self.A[count:]
@@ -248,14 +248,14 @@ class Linear(Attributes):
 
 
 def _links(a: Array, terms: Array | None = None) -> Mask:
-    """Which entries count beside the largest of their row, or of its `terms`, and are no rounding beside the largest of all."""
+    """Which entries are significant beside the largest of their row, or of `terms`, and above rounding beside the largest of all."""
     size = np.abs(a if terms is None else terms)
     least = np.maximum(_LINK * size.max(axis=1, keepdims=True, initial=0), ROUNDED * size.max(initial=0))
     return np.asarray(np.abs(a) > least)
 
 
 _ROUNDING = 16 * EPS
-"""Share of the largest λ, a coordinate, that rounding leaves of a λ that vanishes."""
+"""Rounding residue of a zero λ, as a fraction of the largest λ, for each coordinate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -24,7 +24,7 @@ _DOES = {"slip": "slides", "stick": "rolls"}
 
 
 def run(out: Path) -> bool:
-    """Derive, print, check, simulate, report; whether every check passed."""
+    """Derive, print, check, simulate and report; returns whether every check passed."""
     screen = Console(highlight=False)
     began = time.perf_counter()
     disk = rolling_disk.model()

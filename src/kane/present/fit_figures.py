@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figure of a fit: what is left of each column, and how the estimates hang together."""
+"""The figure of a fit: residuals of each column, and the correlation of the estimates."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import look
 
 _NUMBERS = 12
-"""So many unknowns, at most, have their correlations written in."""
+"""Largest number of unknowns for which correlations are printed."""
 
 
 def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Markdown of the author's as pieces of a report: headings, paragraphs, points and tables; emphasis is left out."""
+"""The author's Markdown as pieces of a report: headings, paragraphs, list items and tables; emphasis is dropped."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -41,7 +41,7 @@ def parts_of(note: MarkdownText) -> Iterator[Piece]:
 
 
 def _point(points: list[str]) -> str:
-    """What a point begins with; numbers go on."""
+    """The bullet or the next number of a list item."""
     if not points or points[-1] == "•":
         return "• " if points else ""
     number = int(points[-1])
@@ -50,7 +50,7 @@ def _point(points: list[str]) -> str:
 
 
 def _paragraph(tokens: Sequence[Any], begin: str) -> Iterator[Piece]:
-    """Sentences, and formulas on lines of their own between them."""
+    """Sentences, with displayed formulas between them."""
     told: list[Any] = []
     for token in tokens:
         if token.type == "math" and token.markup == "$$":

@@ -31,19 +31,19 @@ SIZE = (800, 480)
 PAPER, RULE, SHADOW, PATH = "#f4f4ef", "#cfcfc9", "#d3d3cd", "#b3266b"
 _RATE = 25
 _MARK = b"made by kane"
-"""By what a GIF, WebP or MP4 is known; a PNG is by its software."""
+"""The mark by which a GIF, WebP or MP4 is recognized; a PNG by its software entry."""
 _SPREAD = 0.26
 """Half the angle of view, rad."""
 _GHOST = 0.3
-"""How much of its colour a ghost has, beside that of the paper."""
+"""Opacity of a ghost."""
 _LINES = 24
-"""Lines of the floor's grid each way."""
+"""Number of lines of the floor's grid in each direction."""
 
 
 class PictureView(NamedTuple):
-    """What is drawn, from where (`front` is the direction that azimuth 0 looks from), above what floor, in how many seconds.
+    """The drawn model, motions, camera (`front` is the direction of azimuth 0), floor height and duration (s).
 
-    Of several motions those after the first are ghosts; `traces` are the positions whose paths in the first are drawn.
+    Motions after the first are ghosts; `traces` are the indices of positions whose paths in the first motion are drawn.
     """
 
     model: DrawnModel
@@ -57,7 +57,7 @@ class PictureView(NamedTuple):
 
 
 def write(shot: PictureView, place: Path) -> None:
-    """Draw the motion into a file, whose ending says how."""
+    """Draw the motion into a file, in the format of its ending."""
     end = place.suffix.lower()
     with working("Drawing"):
         pictures = frames(shot, first=end == ".png")
@@ -91,7 +91,7 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
 
 
 def frames(shot: PictureView, first: bool = False) -> Iterator[Image.Image]:
-    """The pictures, `_RATE` a second of what is played."""
+    """The pictures, `_RATE` per second of the animation."""
     own = shot.courses[0]
     now = np.linspace(own.times[0], own.times[-1], 1 if first else max(2, round(_RATE * shot.played)))
     nearest = [np.interp(now, c.times, np.arange(len(c.times))).round().astype(int).tolist() for c in shot.courses]
