@@ -493,7 +493,7 @@ def _configurations(
     found = sought.found(every)
     if not found.closed:
         raise SimulationError(_not_closed(sought, found))
-    # what is left out must follow from the constraints, what is given and the guesses
+    # values left out must be determined by the constraints, the given values and the guesses
     asked = start.free if every else start.missing
     unknown, count = _undetermined(sought.block(found.closed[0].x), start, names, asked)
     if unknown:
@@ -574,12 +574,12 @@ def _motion(eom: Equations, start: GivenEntries, at: Mapping[Expr, Any], by_rate
     held = velocity_constraints_at(eom, at, by_rates)
     rows, rest = held.rows, held.rest
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
-    # what a unit of each does: metres and radians per second compare by that
+    # scale columns, so that m/s and rad/s are comparable
     pace = np.abs(rows).max(axis=0, initial=0)
     pace = np.where(pace > ROUNDED * pace.max(initial=0), pace, 1.0)
     rows, x = rows / pace, start.values * pace
     size = np.abs(rows).max(axis=1, initial=0)
-    # a row that vanishes here but for rounding holds nothing
+    # a row within rounding of zero is not scaled up
     scale = np.maximum(size, max(ROUNDED_ROOT * size.max(initial=0), np.finfo(float).tiny))
     free = list(start.free)
     if free:

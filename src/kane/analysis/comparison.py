@@ -162,7 +162,7 @@ def _set(name: str, system: System, along: MotionValues | None, routes: Sequence
         if route not in operations:
             try:
                 operations[route] = derive(system, route=route).operations.total
-            except ModelError:  # it does not express this system
+            except ModelError:  # the route is not applicable
                 continue
     if along is None:
         return SpeedSet(name, eom, operations, _singular(eom))

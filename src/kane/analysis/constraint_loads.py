@@ -122,7 +122,7 @@ def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names:
     with listed_warnings() as warned:
         found = np.array([[np.broadcast_to(x, many.count) for x in both] for both in forces(many.of_state())])
     causes, lost = dict(many.failed), ~np.isfinite(found).all(axis=(0, 1))
-    # a warning names the first place alone
+    # a warning names only the first state, so that all are evaluated alone
     for k in [k for k in many.open if warned or lost[k]]:
         try:
             found[:, :, k] = forces(many.state(k))

@@ -55,7 +55,7 @@ def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | 
             raise corner_error(sides)
         own = one_side(sides, side)
     elif sides is not None and sides.pieces and different_slopes((own, sides.pieces[0])).any():
-        # at the corner itself the graph may have another derivative: that of sign x |x| is sign² x
+        # differentiation at the corner itself may be wrong: it yields sign² x for the expression x |x|
         own = sides.pieces[0]
     elif own.finite:
         check_cones(flow, outputs)
@@ -114,7 +114,7 @@ def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
 
 
 def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: float) -> None:
-    """Warn if accelerations jump at a state, so that it is steady only on one side of a switch."""
+    """Warn if accelerations jump at a steady state, which then need not persist after small disturbances."""
     if not numeric.value(all_switches):
         return
     try:
@@ -129,7 +129,7 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
         )
 
 
-# What is said ------------------------------------------------------------------------------------------------------------
+# Messages ----------------------------------------------------------------------------------------------------------------
 
 
 def corner_error(sides: Sides) -> CornerError:

@@ -167,7 +167,7 @@ def flow_at(
     moves = np.vstack([t @ tangent.moves[:width], tangent.moves[width:]])
     answers = -solve(slopes.residual @ moves)
     own = rate_slopes @ moves - turning_rates(rates, len(plain)) @ tangent.moves[:width]
-    # to the constraints a are given, as inputs are: they come before these
+    # further states a are prescribed for the constraints, as inputs are, so that their columns precede those of inputs
     free_q, free_u = list(tangent.free_q), list(tangent.free_u)
     rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
     rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
@@ -185,7 +185,7 @@ def flow_at(
 
 
 def _with_states(scale: Array, a: Array, pace: float) -> Array:
-    """The scale of q and u, extended to further states: each one's scale changes another variable by its scale in the time 1/pace.
+    """The scales of q and u, extended to further states: a change of one by its scale changes another variable by its own in 1/pace.
 
     A further state that affects no other has the scale of its own change in that time.
     """

@@ -290,7 +290,7 @@ def regressor(eom: Equations) -> Regressor:
             "Expected loads without reactions for a regressor, got some that depend on them, as friction does: F̃ would depend on π. "
             "Leave them out of the model that is identified."
         )
-    loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # they do no work
+    loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # reactions are noncontributing
     return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads))
 
 

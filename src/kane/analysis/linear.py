@@ -48,7 +48,7 @@ class Mode(Attributes):
     @property
     def damping(self) -> float:
         """Damping ratio −Re λ/|λ|: 1 decays without oscillation, 0 is undamped, negative values grow; 0 for λ = 0."""
-        return 0.0 - self.eigenvalue.real / self.frequency if self.frequency else 0.0  # which is no −0
+        return 0.0 - self.eigenvalue.real / self.frequency if self.frequency else 0.0  # avoids −0
 
     def __repr__(self) -> str:
         return f"Mode(λ = {self.eigenvalue:.6g}, frequency {self.frequency:.4g} rad/s, damping {self.damping:.3g})"
@@ -298,7 +298,7 @@ class NormalModes(Attributes):
         """Perturbations at the times t (s), as (n_t × n), that start at t = 0 with `x` and `rates`, in closed form."""
         start, drift = self.normal_coordinates(x), self.normal_coordinates(rates)
         times = expect.floats(t, "times in numbers", error=ArgumentError)[..., None]
-        angle = np.sqrt(self.squares.astype(complex)) * times  # of growth an imaginary one
+        angle = np.sqrt(self.squares.astype(complex)) * times  # imaginary for growing modes
         even, reach = np.cos(angle).real, times * np.sinc(angle / np.pi).real
         return np.asarray((start * even + drift * reach) @ self.shapes.T)
 
@@ -339,7 +339,7 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     symmetric = np.abs((k - k.T) / unit).max(initial=0.0) <= GIVEN * stiff
     came = "one of forces without a potential energy"
     expect.that(symmetric, "a symmetric K for normal modes", came=came, cure=f"{cure}.", error=SimulationError)
-    from scipy.linalg import eigh  # takes its time to import
+    from scipy.linalg import eigh  # slow to import
 
     squares, shapes = eigh((k + k.T) / 2, m)
     squares[np.abs(squares) <= _ROUNDING * len(m) * np.abs(squares).max(initial=0.0)] = 0.0

@@ -120,7 +120,7 @@ class Linearizer(Attributes):
         states, count = flow.states, len(flow.states)
         inputs, point = tuple(r.name for r in eom.inputs), state_from(eom, flow.state)
         cyclic = tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m)
-        a, b = flow.a + 0.0, flow.b + 0.0  # zeros without a sign
+        a, b = flow.a + 0.0, flow.b + 0.0  # replaces −0 by 0
         return Linear(
             states, inputs, self.outputs.names, states[: flow.counts[0]], a, b, slopes[:, :count], slopes[:, count:],
             point, flow.rest, piece.outputs, flow.mass, cyclic, states[flow.counts[1] :],

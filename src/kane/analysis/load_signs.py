@@ -53,7 +53,7 @@ def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
         if load.slip is not None or any(isinstance(s, Reaction | StateVariable) for s in symbols):
             continue
         moves = any(isinstance(s, Speed) for s in symbols)
-        carried = moves and not all(term.motion.rest.is_zero for term in terms)  # a damper works at u = 0, too
+        carried = moves and not all(term.motion.rest.is_zero for term in terms)  # a damper acts even at u = 0
         if moves and (most := _power(trials, terms)) is not None:
             yield Doubt(load, "feeds", most)
         if not carried and (most := _stiffness(trials, terms, still)) is not None:
@@ -113,7 +113,7 @@ def _stiffness(trials: _Trials, terms: Sequence[LoadTerm], still: Mapping[Expr, 
     for term in terms:
         try:
             held = [substituted(x, still) for x in term.vector.components(trials.eom.system.inertial)]
-        except ExpressionError:  # it is not defined at rest
+        except ExpressionError:  # the load is not defined at rest
             return None
         change = trials.odd([time_derivative(trials.eom.derived, x) for x in held])
         v, force = trials.velocity(term), trials.at(held)[:, 0]

@@ -199,7 +199,7 @@ def _units(values: Values, n: int) -> Array:
         return np.full(len(part), part.max(initial=0) or 1.0)
 
     columns = np.concatenate([own, *(kind((sizes[:n, k] / own[:, None]).T) for k in (slice(n, m), slice(m, None)))])
-    # where no load holds reactions they follow from u̇, whatever rounding leaves of M_a
+    # without reactions in loads, reactions follow from u̇, and M_a does not matter for regularity
     auxiliary = sizes[m:, :n] / own if sizes[:n, m:].any() else sizes[m:, m:]
     rows = np.concatenate([own, kind(sizes[n:m, :n] / own), kind(auxiliary)])
     return np.outer(rows, columns)
@@ -227,7 +227,7 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
         balanced(matrix / _units(values, n)[keep][:, keep]),
         NEAR_SINGULAR if eom.solved.twin else SOLVE_RANK,
     )
-    # a bound by the inverse takes a tenth of the time
+    # the bound by the inverse takes a tenth of the time of singular values
     if matrix.size and not (surely_regular(scaled[None], least)[0] or singular(scaled).regular(least)):
         raise SingularError(
             at_false_pole(eom)

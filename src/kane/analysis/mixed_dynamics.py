@@ -139,7 +139,7 @@ class Inverse(Attributes):
         at = State(q, u, states=a, parameters=dict(solution.parameters), t=solution.t)
         kept = [p for p in self.eom.parameters if p in at.parameters]
         along = zip(kept, solution[kept], strict=True) if kept else ()
-        at.parameters.update({p: x for p, x in along if (x != at.parameters[p]).any()})  # events changed these
+        at.parameters.update({p: x for p, x in along if (x != at.parameters[p]).any()})  # parameters changed by events
         return self(at, given=own | taken)
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
@@ -202,7 +202,7 @@ class Inverse(Attributes):
         for k in np.flatnonzero(~(found.share > threshold)).tolist():
             scaled = balance(square.of(k) * signs, order=(1, 0), rounding=0.0)
             values = singular(scaled.matrix)
-            if values.regular(threshold):  # what underflows is regular once it is balanced
+            if values.regular(threshold):  # a matrix with entries that underflow is regular after balancing
                 z[k] = np.linalg.solve(scaled.matrix, right[k] / scaled.rows[:, 0]) / scaled.columns[0]
                 continue
             if told:

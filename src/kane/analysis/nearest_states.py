@@ -112,7 +112,7 @@ class NearestStates:
             f, g = values(q, rows[members])
             return f, g[:, :, free]
 
-        if not self.free:  # given whole: what they miss is rounding of what was given
+        if not self.free:  # all coordinates are given: residuals are rounding errors of these
             missed = np.abs(of_free(begun, rows)[0] / size.f).max(axis=1, initial=0)
         found = close_many(of_free, begun[:, free], size, _none)
         q = begun.copy()

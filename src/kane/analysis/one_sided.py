@@ -187,7 +187,7 @@ def _built(corner: Corner, state: StateArrays, signs: Signs, run: RoutineSource)
         gradients = _leaving(own.slopes[pick], np.vstack([here.moves, here.answers]))
     side, c = np.array(signs), own.quantities[pick]
     off = np.abs(c) > np.maximum(GONE * own.sizes[pick], corner.slack)
-    if (off & (side * c < 0)).any():  # held on the other side by the sides of other switches
+    if (off & (side * c < 0)).any():  # other switches force this one to its other side
         return None
     gradients = np.where(off[:, None], 0.0, gradients)
     away = _direction(side[:, None] * gradients)
@@ -266,7 +266,7 @@ def _watch(eom: Equations, *outputs: Expr) -> Callable[..., SwitchValues]:
     return _reference(turning(eom, *outputs))
 
 
-# What differs ------------------------------------------------------------------------------------------------------------
+# Differences between sides -----------------------------------------------------------------------------------------------
 
 
 class Difference(NamedTuple):

@@ -77,7 +77,7 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
     limit = LAST_DIGIT * (values.configuration_terms / sizes).max(initial=0)
     x, values = improved(start, lambda at: np.abs(at[1].configuration / sizes).max(initial=0), closer, limit, _ROUNDS)
     if values.motion.any():
-        eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # says which constraints they miss
+        eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # raises with their names
     if len(values.motion):
         x = x.copy()
         x[nq : nq + n] -= least_squares(values.constraints(n), values.motion)

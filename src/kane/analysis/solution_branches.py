@@ -95,7 +95,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
                 continue
             y, root = _bisected((path[k], before), (path[k + 1], after), j, least, middle, spectrum)
             new = Change(k, y, root, grows)
-            # of a conjugate pair one is enough; where a pair is real at one end only, both of it come here
+            # one of a conjugate pair suffices; if a pair is real at one end only, both are found here
             if (start.imag == 0 and end.imag == 0) or not any(_same(new, c, least) for c in met):
                 met.append(new)
         crossings += met
@@ -130,7 +130,7 @@ def _bisected(
     y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
     frequency = abs(roots[k].imag)
     if np.linalg.norm(b[0] - a[0]) <= 10 * ROUNDED and abs(b[1][k].real - a[1][k].real) > 100 * least:
-        return y, complex(roots[k])  # a switch takes it across
+        return y, complex(roots[k])  # λ jumps at a switch
     return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
 
 
@@ -328,7 +328,7 @@ def _branch(
             f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
             f"side on which the branch has its nearest other point. {next(filter(None, corners))}"
         )
-    # the marked points after them
+    # indices of the marked points that follow the crossings
     after = np.searchsorted(path.marked, [c.interval for c in met], side="right").tolist()
     pairs = zip(met, after, strict=True)
     crossings = [Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], (k - 1, k), c.grows) for c, k in pairs]

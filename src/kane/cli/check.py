@@ -153,7 +153,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
         raise typer.Exit(1) from None
     else:
         told = [str(w.message) for w in caught]
-        # what can be computed but is perhaps not meant
+        # warnings of probable mistakes
         doubtful = [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom), *_signs(eom, numbers)]
         what = summary(model, eom, [*told, *doubtful], took)
         if as_json:
@@ -206,7 +206,7 @@ def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], given: dict[str, Any]
         a = np.asarray(kn.evaluate(eom.A, numbers), dtype=float)
         other, first = choose(a), eom.embedding
         if first is None or len(other.rows) < len(first.partition.rows):
-            return list(kn.evaluate(list(eom.rates), numbers))  # rank drops: the accelerations of least size are taken
+            return list(kn.evaluate(list(eom.rates), numbers))  # lower rank here: a motion has u̇ of least norm
         eom = repartition(eom, other)
         rates = eom.evaluate(list(eom.right_hand_side), **given)
     return rates
@@ -225,7 +225,7 @@ def _degrees(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
     """Messages about angles beyond a full turn, which may be in degrees."""
     angles = {f: f.orientation.angle for f in eom.system.frames if f.orientation and f.orientation.angle is not None}
     for f, angle in angles.items():
-        symbols = kn.free_symbols([angle])  # a number is warned of where the frame is turned by it
+        symbols = kn.free_symbols([angle])  # numbers cause a warning when the frame is declared
         if symbols and all(s.default is not None for s in symbols):
             value = float(kn.evaluate(angle, {}))
             if abs(value) > _TURN:

@@ -56,7 +56,7 @@ def inputs_at(inputs: Mapping[str, Any], t: float) -> dict[str, Any]:
 
 
 def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
-    if step.number == 1:  # it names the coordinates, and says nothing of them
+    if step.number == 1:  # step 1 has coordinates without formulas
         between, shown = [], [{"name": q.name, "text": "", "latex": symbol_latex(q)} for q in eom.coordinates]
     else:
         between, shown = (

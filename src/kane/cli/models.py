@@ -69,7 +69,7 @@ def model_of(text: str) -> NamedModel:
     if path.suffix.lower() in OF_OTHERS:
         cure = f"`kane convert {path} -o model.py` makes one of it."
         raise Misuse(f"Expected a system of the gallery or a Python file as MODEL, got {path}. {cure}")
-    with user_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
+    with user_code(path), redirect_stdout(sys.stderr):  # output of the file must not mix with results
         return _model(path.stem, imported(path), path, {}, function)
 
 
@@ -112,7 +112,7 @@ class _Loader(SourceFileLoader):
 
 def imported(path: Path) -> ModuleType:
     """A Python file imported as a module."""
-    name = f"kane_model_{path.stem}"  # no name that something else imports
+    name = f"kane_model_{path.stem}"  # a name that nothing else imports
     spec = spec_from_file_location(name, path, loader=_Loader(name, str(path.resolve())))
     if spec is None or spec.loader is None:
         raise Misuse(f"Expected a Python file as MODEL, got {path}.")

@@ -87,7 +87,7 @@ def guarded() -> Iterator[None]:
             complain("error", message_of(error))
             raise typer.Exit(_USAGE if isinstance(error, Misuse) else _MODEL) from None
         except OSError as error:
-            if error.errno in (None, errno.EPIPE):  # who reads has gone: the command line knows what to do
+            if error.errno in (None, errno.EPIPE):  # the reader of a pipe has exited, which typer handles
                 raise
             place = f" to {error.filename}" if error.filename else ""
             complain("error", f"Expected to write{place}, got {error.strerror}.")
@@ -205,7 +205,7 @@ def user_code(path: Path | None, about: str = "") -> Iterator[None]:
         if frames:
             error.add_note(_location(frames[-1].filename, frames[-1].lineno, frames[-1].line))
         elif isinstance(error, Misuse) or hasattr(error, "__notes__"):
-            pass  # the command's options are wrong, or a line is named already
+            pass  # wrong options of the command, or a line already noted
         elif about and (place := _line_of(about, path)) is not None:
             error.add_note(_location(path, *place))
         raise

@@ -102,7 +102,7 @@ def _assembled(eom: kn.Equations, begin: NamedStart, t: float) -> NamedStart:
     if None in values.values():
         return begin
     inputs = inputs_at(begin.inputs, t)
-    for speeds in (begin.u, None):  # where too few speeds are given the coordinates are solved for all the same
+    for speeds in (begin.u, None):  # without speeds, coordinates are solved for if too few speeds are given
         try:
             assembled = kn.assemble(eom, q=begin.q, u=speeds, parameters=values, inputs=inputs, t=t)
         except ValueMissingError:
@@ -189,7 +189,7 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
     """A summary of a motion as data for JSON."""
     eom, check = sol.equations, energy_check(sol)
     energy = sol.energy_check
-    singular = isinstance(sol.event, KinematicsEnd)  # of the coordinates, not of the model
+    singular = isinstance(sol.event, KinematicsEnd)  # singular coordinates, not a fault of the model
     rows = {s.name: np.asarray(sol[s]) for s in (*eom.state, *eom.reactions)}
     return {
         "ok": check.passed and sol.status != "stopped" and not singular,

@@ -300,7 +300,7 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
     n = _numbers(inertia)
     if n is None:
         return False
-    if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # those of most bodies are principal ones as they stand
+    if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # most inertia matrices are diagonal
         _, middle, high = sorted(n[i][i] for i in range(3))
         if not (high > 0 and middle <= DECLARED * high):
             return False

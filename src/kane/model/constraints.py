@@ -227,7 +227,7 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
         "Use kn.configuration_constraint(name, f).",
     )
     expect.none(moving, expected, came, cure)
-    of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers of time have units of their own
+    of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers in a function of time have unknown units
     unit = "" if of_time else unit_of(size)
     if unit and parse(unit).exponents != parse("m").exponents:
         raise UnitError(

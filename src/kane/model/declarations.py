@@ -263,7 +263,7 @@ def completed(
 ) -> dict[Speed, Expr]:
     """Rates of constraints as speeds, if exactly the independent speeds are defined; none otherwise.
 
-    All independent constraints are used: if fewer speeds are missing than there are constraints, a speed was forgotten.
+    All independent constraints are used: if fewer speeds are missing than there are of these, a speed was forgotten.
     """
     rates, by_quasi = basic_rates(coordinates, euler), rates_by_quasi(euler)
     missing = len(rates) - len(definitions)

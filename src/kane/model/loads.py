@@ -52,7 +52,7 @@ class Load(Immutable):
     scalar: Expr | None = None
 
     def __post_init__(self) -> None:
-        if self.potential is not None:  # a spring between points at rest has a number
+        if self.potential is not None:  # the potential of a spring between points at rest is a number
             object.__setattr__(self, "potential", as_expr(self.potential))
 
     @staticmethod
@@ -212,7 +212,7 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     r = a.position(b)
     _check_apart("damper", a, b, r)
     root, r = a.root().frame, r.gathered()
-    # Times |r|: without a root, |r| cancels where r keeps its direction.
+    # r·ṙ = |r| d|r|/dt has no root, and |r| cancels if r has a constant direction
     speed = (a.velocity(root) - b.velocity(root)).dot(r)
     pull = r * (-as_expr(damping) * (speed / r.dot(r)))
     return action_reaction(a, b, pull, name or f"damper between {a.name} and {b.name}")

@@ -306,7 +306,7 @@ def _of_blocks(matrix: Matrix, frame: Frame, i: int) -> Pairs:
     if b is ZERO:
         return [(matrix[n, n], units[n]) for n in range(3)]
     mean, half = div(add(a, d), TWO), div(sub(a, d), TWO)
-    same = half is ZERO  # then the axes halve the right angle, whatever the product is
+    same = half is ZERO  # equal moments: the principal axes are at 45° for any product b
     reach = b if same else sqrt(add(mul(half, half), mul(b, b)))
     angle = div(pi, constant(4)) if same else div(atan2(mul(TWO, b), sub(a, d)), TWO)
     c, s = cos(angle), sin(angle)

@@ -259,7 +259,7 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
     return Inertia(total.express(frame), Shape("triangular plate", {}, None, frame, center))
 
 
-# Round on one side ---------------------------------------------------------------------------------------------------
+# Half cylinders, sectors and arcs ------------------------------------------------------------------------------------
 
 
 def half_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector, towards: Vector) -> Inertia:

@@ -415,7 +415,7 @@ def _with_joints(
 ) -> Mapping[Speed, Any] | str:
     """The definitions of the speeds: for each joint its own, or those of its rates in `speeds`, then the others."""
     if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
-        return speeds  # what is no mapping is refused where the definitions are read
+        return speeds  # other types are refused later, by `speed_definitions`
     if speeds is None and not joints:
         raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
     definitions = dict(speeds or {})

@@ -270,7 +270,7 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
     for x in near:
         height = x.mass_center.position(p).dot(c.normal)
         if corner and any(isinstance(s, Coordinate) for s in free_symbols([height])):
-            continue  # that touches at some attitudes, and is above the mass centre at others
+            continue  # a corner is below the mass centre in some orientations only
         if all(sample([height], seed)[0] < 0 for seed in SEEDS):
             yield (
                 f"Expected the contact of {x.name!r} in {label!r} on the side from which the normal {c.normal} points to it, got "
@@ -315,7 +315,7 @@ def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
     """Whether the velocity of the point along e equals that of the body's particle there, at random states."""
     assert body.frame is not None
     center = body.mass_center
-    if p.body is body.frame and p.parent is center:  # by what a particle is
+    if p.body is body.frame and p.parent is center:  # by the definition of a particle
         return True
     turned = body.frame.angular_velocity(inertial).cross(p.position(center))
     numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]

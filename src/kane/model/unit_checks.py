@@ -245,7 +245,7 @@ def _check_reaction(reaction: Reaction) -> None:
         )
 
 
-# Reading ------------------------------------------------------------------------------------------------------------
+# Units of expressions -----------------------------------------------------------------------------------------------
 
 
 def unit_in(system: Declarations, e: Expr) -> str:
@@ -270,7 +270,7 @@ def unit_in(system: Declarations, e: Expr) -> str:
         return unit_of(e)
     try:
         return unit_of(e, units)
-    except UnitError:  # a speed without a unit is not checked
+    except UnitError:  # definitions of speeds without units are not checked
         return ""
 
 
@@ -280,7 +280,7 @@ def _is_complete(system: Declarations) -> bool:
     if not all(s.unit for s in symbols):
         return False
     try:
-        if _unasked(system):  # the units that joints chose fit the others
+        if _unasked(system):  # units assigned by joints must agree with the others
             _check_quantities(system, ())
     except UnitError:
         return False

@@ -25,7 +25,7 @@ from kane.present.plotted.traces import NOISE, Axis, Panel, energies, in_time, j
 from kane.units.rules import unit_text
 
 _LEAST = 1e-6
-"""Fraction of a typical mean power below which powers are rounding residues."""
+"""Ratio to the energy's scale over the duration of the motion below which powers are rounding residues."""
 _ON_CIRCLE = 1e-4
 """Distance from the unit circle within which multipliers are shown on it."""
 _KINDS = dict(zip(("fold", "flip", "torus"), COLOURS[1:], strict=False))

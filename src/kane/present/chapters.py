@@ -235,7 +235,7 @@ _SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√", "po
 
 @dataclass(frozen=True, slots=True)
 class Costs:
-    """Operation counts. `lines`: (operation, parameters only, with the state, sum). `groups`: (results, alone, added to preceding ones)."""
+    """Operation counts. `lines`: (operation, parameters only, with the state, sum). `groups`: (results, alone, added to others)."""
 
     lines: tuple[tuple[str, int, int, int], ...]
     total: tuple[int, int, int]
@@ -265,7 +265,7 @@ def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, i
     """Counts by group; only nodes of the whole evaluation count as added, so that these add up to its total."""
     whole = set(postorder(list(roots)))
     solved = ((tr(r"$\dot{u}$, solved"), eom.solved.accelerations), (tr("reactions, solved"), eom.solved.reactions))
-    if eom.operations.total == count_operations(eom.right_hand_side).total:  # u̇ is found by way of the reactions
+    if eom.operations.total == count_operations(eom.right_hand_side).total:  # u̇ is computed from the reactions
         solved = solved[::-1]
     parts: tuple[tuple[str, tuple[Expr, ...]], ...] = (
         (r"$\dot{q} = W u + X$", eom.rates),
@@ -284,7 +284,7 @@ def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, i
         before = after
 
 
-# Sentences that each format has -----------------------------------------------------------------------------------------
+# Sentences common to all formats ----------------------------------------------------------------------------------------
 
 
 def solved_text(reactions: bool) -> str:

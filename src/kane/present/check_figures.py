@@ -70,7 +70,7 @@ def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Che
     energy = replace(energy_check(solution), name=tr(BY_LOADS), detail=energy_text(solution.energy_check))
     checks = [] if any(c.detail == energy.detail for c in others) else [energy]
     few = _thinned(solution, np.arange(len(solution)))
-    # where the constraints lose rank, reactions have no value
+    # reactions are undefined where the constraints lose rank
     told = _thinned(solution, np.flatnonzero(~solution.lost))
     residual = [max(map(_residual, _by_mode(told)), key=lambda c: c.figure)] if len(told) else []
     checks += [_power(few, solution.energy_check), *residual, _mass(few), _kinematical(few)]
@@ -194,7 +194,7 @@ def _constraints(solution: Solution) -> Check:
 
 
 def _reactions(solution: Solution) -> Check:
-    # it holds the dependent speeds eliminated, and these change
+    # the dependent speeds, which may change along the motion, are eliminated from the matrix
     size = len(solution.equations.reactions)
     matrix = stacked(solution.by_sample(lambda eom: eom.solved.reaction_matrix.entries), (size, size))
     return Check(tr("condition number of the reactions' equations"), _condition(matrix), _CONDITION, _at(solution))

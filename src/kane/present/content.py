@@ -92,7 +92,7 @@ def content_of(
         raise ArgumentError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
-    kept = checked(notes)  # before all that takes time
+    kept = checked(notes)  # fails before expensive work
     check_small_motions(eom, linearization, root_locus)
     given = expect.instances(checks, Check, "checks= as a list of kn.Check", "Write checks=[…].", error=ArgumentError)
     quoted = expect.instances(sources, str, "sources= as a list of texts", 'Write sources=["…"].', error=ArgumentError)
@@ -102,7 +102,7 @@ def content_of(
     if solution is not None and eom.system.modes_change:
         eom = solution.samples[0]
     moving = scene(whole, shapes)
-    # loads and reactions of a mode are drawn, but not one whose closed gaps leave few poses to draw
+    # draw the loads and reactions of the mode, unless its closed gaps would restrict the pose
     seen = moving if eom is whole or any(c.gap is not None for c in whole.system.contacts) else scene(eom, shapes)
     return Content(
         title=title or tr("Equations of motion: %(bodies)s", bodies=", ".join(b.name for b in eom.system.bodies)),
@@ -206,7 +206,7 @@ def _changes(solution: Solution) -> Iterator[PageTable]:
 
 
 def run_text(solution: Solution) -> str:
-    """A sentence on the run of a motion: span, time of computation, reason for its end, and energy error."""
+    """A sentence on the run of a motion: span, steps and evaluations, reason for its end, energy error."""
     run = {
         "begin": f"{solution.t[0]:g}",
         "end": f"{solution.t[-1]:.6g}",

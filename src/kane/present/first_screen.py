@@ -130,7 +130,7 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     return FirstScreen(part, found is not None, shown_rows, folded, plots, sliders, packed, still)
 
 
-# What is shown ---------------------------------------------------------------------------------------------------------
+# Displayed quantities --------------------------------------------------------------------------------------------------
 
 
 def terms(eom: Equations) -> Iterator[ShownQuantity]:
@@ -148,7 +148,7 @@ def terms(eom: Equations) -> Iterator[ShownQuantity]:
             every += [x for parts in by_source.values() for x in parts]
             for name, parts in by_source.items():
                 yield ShownQuantity(f"why {u.name}", name, "", sum_of(parts), kind)
-        if eom.system.contacts:  # whose forces are those of the modes, and balance the rest
+        if eom.system.contacts:  # contact forces depend on the mode; they balance the other terms
             yield ShownQuantity(f"why {u.name}", tr("contacts"), "", -sum_of(every), "active")
 
 
@@ -172,7 +172,7 @@ def _lines(eom: Equations) -> Iterator[ShownQuantity]:
 def _shown(wanted: Sequence[ShownQuantity], dense: Solution, multiplied: bool) -> list[tuple[ShownQuantity, Array]]:
     """The significant quantities, with their values along a motion; those that vanish throughout are omitted."""
     times = dense.t
-    with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
+    with warnings.catch_warnings():  # rows that are singular somewhere are left out below
         warnings.filterwarnings("ignore", "Expected dependent speeds", KaneWarning)
         values = dense[[q.expr for q in wanted]]
     found = [np.broadcast_to(np.asarray(v, dtype=float), times.shape) for v in values]
@@ -235,7 +235,7 @@ def _plots(
         yield tr(group), _unit(unit), tuple(lines)
 
 
-# What runs in the page --------------------------------------------------------------------------------------------------
+# Code that runs in the page ---------------------------------------------------------------------------------------------
 
 
 def _live(

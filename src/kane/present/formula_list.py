@@ -186,7 +186,7 @@ def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int =
 
 
 def _break_position(text: str, room: int, least: int) -> int | None:
-    at = [*accumulate((c in "([{") - (c in ")]}") for c in text)]  # brackets that are open after each character
+    at = [*accumulate((c in "([{") - (c in ")]}") for c in text)]  # depth of brackets after each character
     for pattern in (_BREAK, re.compile(" ")):
         places = [m.start() for m in pattern.finditer(text) if min(least, room) <= m.start() <= room]
         if places:

@@ -220,7 +220,7 @@ def balance(solution: Solution) -> Plot:
     axes[1].plot(t, rate, color=INK, linewidth=1, linestyle="--", label="dE/dt")
     axes[1].set_ylabel(tr("power [W]"))
     least = 1e-6 * solution.energy_check.scale / (np.ptp(t) or 1.0)
-    if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors are not to fill the panel
+    if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors must not fill the panel
         axes[1].set_ylim(-least, least)
     legend(axes[1], ncols=2, loc="best")
     axes[2].plot(t, solution.energy_drift, color=SERIES[4])

@@ -108,7 +108,7 @@ def _newton_euler(eom: Equations) -> list[tuple[str, ...]]:
     )
 
 
-# What is found in numbers ---------------------------------------------------------------------------------------------
+# Numerical verification -----------------------------------------------------------------------------------------------
 
 
 def _agreement(eom: Equations, other: Formulation) -> Iterator[str]:

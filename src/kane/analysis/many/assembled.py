@@ -218,7 +218,7 @@ def speeds_at(poses: Poses, q: Array, places: Indices) -> tuple[Array, Array, Ma
     x, free = _wanted(poses, places)
     if not now.b.shape[1] or not len(places):
         return x, np.zeros(len(places)), np.zeros(len(places), dtype=bool), now.a
-    # as at one state: what a unit of each speed does, and the sizes of rows
+    # scale columns and rows as for one state, so that units do not matter
     pace = np.abs(now.a).max(axis=1, initial=0)
     pace = np.where(pace > ROUNDED * pace.max(axis=1, keepdims=True, initial=0), pace, 1.0)
     rows = now.a / pace[:, None, :]

@@ -164,7 +164,7 @@ class _Following:
             self.done.put(0.0)
             self.part.put(1.0)
             self.going.put(1)
-            with w.few(self.n) as i:  # where the way in parts has come to
+            with w.few(self.n) as i:  # the point reached so far between rows
                 self.found[k * self.n + i] = self.roots[i]
             with w.repeat(lambda: self.going.get() > 0):
                 with w.when(self.led.get() < 1):
@@ -173,7 +173,7 @@ class _Following:
                     self._set_out(k)
                 self._mix(k)
                 self._correct()
-                alone = self.measured < 1  # of linear equations no branch meets another
+                alone = self.measured < 1  # linear equations have one branch only
                 kept_sign = self.odd.get().equals(self.s[_NEGATIVE]) | alone
                 right = (self.going.get() > -1) & (kept_sign | first)
                 self.going.put(1)
@@ -274,7 +274,7 @@ class _Following:
             self.part.put(self.part.get() * 2.0)
             self.going.put(w.select(self.done.get() < 1.0, 1, w.integer(0)))
         with w.otherwise():
-            with w.when(first):  # it is taken as it was given
+            with w.when(first):  # the first root is accepted as given
                 self.done.put(1.0)
                 self.going.put(0)
             with w.otherwise(), w.when(self.led.get() > 0):

@@ -130,7 +130,7 @@ def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquat
     _, z, slopes, _ = conditions.numbers(first)
     keep, terms = regular_rows(eom), conditions.sizes(first).terms
     routine = numeric.routine(steady_rows, conditions.applying, tuple(rows), tuple(free), keep).flat
-    # X is (x, r, p), what routines take (x, p, r, z)
+    # X is ordered (x, r, p), arguments of routines (x, p, r, z)
     x, r, p = (len(s) for s in (eom.state, eom.inputs, eom.parameters))
     places = [*range(x), *range(x + p, x + p + r), *range(x, x + p)]
     pushed = np.abs(slopes.residual[list(keep)] * measured.columns).max(axis=1, initial=0)
@@ -142,7 +142,7 @@ def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquat
     )
 
     def left(xs: Array) -> Array:
-        # far below the tolerance by the sizes at the first, which cost less than those there
+        # sizes at the first state are cheaper, and suffice far below the tolerance
         result = _quick_shares(conditions, xs, terms)
         for k in np.flatnonzero(~(result <= _SURELY * tolerance)).tolist():
             try:

@@ -323,7 +323,7 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
             )
             yield message, StiffeningWarning
         return
-    if spin < first:  # shapes change little then
+    if spin < first:  # mode shapes change little below the first frequency
         return
     for f in beam.deformation.bending:
         coarse = first_frequency(beam, f, values, spin)

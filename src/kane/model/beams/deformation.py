@@ -99,7 +99,7 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
     expected = "breaks= of the taper as places ξ between 0 and 1"
     places = sorted({expect.number(x, expected) for x in expect.items(breaks, expected)})
     expect.that(all(0 < x < 1 for x in places), expected, breaks)
-    shares = Share(partial(share), tuple(places))  # which has a hash, as a polynomial of NumPy has not
+    shares = Share(partial(share), tuple(places))  # `partial` is hashable, NumPy polynomials are not
     along = shares(GRID)
     if not (along[:-1] > 0).all() or not np.isfinite(along).all() or along[-1] < 0:
         worst = GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]

@@ -45,7 +45,7 @@ class ShapeFamily(NamedTuple):
 def _roots(sign: int, guesses: Any) -> Array:
     """Solutions of cos β = `sign`/cosh β near guesses, by Newton's method."""
     beta: Array = np.array(guesses, dtype=float)
-    for _ in range(12):  # it doubles the digits each time; the guesses have one
+    for _ in range(12):  # quadratic convergence from guesses with one digit
         (sine, cosine), (sinh, cosh) = sine_cosine(beta), _hyperbolic(beta)
         beta = beta + (cosine - sign / cosh) / (sine - sign * sinh / (cosh * cosh))
     return beta
@@ -145,7 +145,7 @@ def _orthonormal(power: int, n: int) -> Evaluate:
     raw = _polynomials(power, n)
     rule = gauss(n + power + 1)
     values, turned = raw(rule.places, 0), np.eye(n)
-    for k in range(n):  # Gram and Schmidt's method, twice: once leaves what rounding makes of it
+    for k in range(n):  # Gram–Schmidt, twice to remove rounding errors
         for _ in range(2):
             v = product(values, turned[:, : k + 1])
             parts = (rule.weights[:, None] * v[:, :k] * v[:, k:]).sum(axis=0)

@@ -145,7 +145,7 @@ def length_along(v: Vector) -> Expr:
 
     The sign of s is kept as parameters change, so that radii and tangent reverse with the line of centres.
     """
-    # a square has lost the sign that a number times s may have in front
+    # the square root of a square would lose the sign of s
     terms = [split(x.args[0] if x.op is NEG else x) for x in v.gathered().scalars() if x is not ZERO]
     factors = {s for _, s in terms}
     if len(factors) != 1:
@@ -256,7 +256,7 @@ def bevel_pair(
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
     sine, r_a = length_along(across), as_expr(radius)
-    line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # along both pitch cones, z_a : z_b from the axes
+    line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # the common line of the pitch cones
     arm_a, arm_b = ((meet.position(x.center) + line).gathered() for x in (first, second))
 
     def angles() -> Expr:

@@ -191,7 +191,7 @@ def _rate_unit(definition: Expr) -> str:
         return definition.unit
     try:
         unit = unit_of(definition)
-    except UnitError:  # the System that the joint comes into says so, and where
+    except UnitError:  # the System reports it, with the place
         return ""
     return "rad/s" if unit and parse(unit) is parse("rad/s") else unit
 

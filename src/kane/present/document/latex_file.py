@@ -81,7 +81,7 @@ def _listed(piece: Listed, _: str) -> str:
 def _picture(piece: ReportPicture, name: str) -> str:
     source = file_name(name, piece, _ENDING)
     title = rf"\room\subsection{{{text_latex(piece.title)}}}" + "\n\n" if piece.title else ""
-    width = "" if piece.name == "sketch" else "0.75"  # plots have a width of their own
+    width = "" if piece.name == "sketch" else "0.75"  # plots have a fixed width
     shown = rf"\includegraphics[width={width}\linewidth,height=0.8\textheight,keepaspectratio]{{{source}}}"
     caption = rf"\par\small {prose(piece.caption)}" if piece.caption else ""
     return f"{title}\\begin{{center}}\n{shown}{caption}\n\\end{{center}}"

@@ -121,7 +121,7 @@ def _joined(units: Sequence[_Unit], ends: Sequence[int]) -> list[str]:
     return [pieces[0], *(f"{{}}{sign}{piece}" for sign, piece in zip(lead, pieces[1:], strict=True))]
 
 
-# Reading ------------------------------------------------------------------------------------------------
+# Parsing ------------------------------------------------------------------------------------------------
 
 
 def _units(latex: str, room: float, scale: float = 1.0) -> list[_Unit]:
@@ -148,7 +148,7 @@ def _units(latex: str, room: float, scale: float = 1.0) -> list[_Unit]:
             raised, i = _argument(tokens, i + 1)
             last = units.pop()
             more = _sum(raised, scale * _SMALL)
-            both = last.text.rstrip().endswith("}") and name == "^" and "_" in last.text  # one stands above the other
+            both = last.text.rstrip().endswith("}") and name == "^" and "_" in last.text  # superscript above subscript
             units.append(
                 replace(last, text=f"{last.text}{name}{{{raised}}}", width=last.width + more * (0.5 if both else 1))
             )

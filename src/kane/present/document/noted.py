@@ -18,7 +18,7 @@ def parts_of(note: MarkdownText) -> Iterator[Piece]:
     for token in parser().parse(note.text):
         kind, inner = token.type, token.children or []
         if kind == "heading_open":
-            heading = int(token.tag[1]) - 1  # the parser has put it below that of the section
+            heading = int(token.tag[1]) - 1  # the parser has lowered it below that of the section
         elif kind in ("bullet_list_open", "ordered_list_open"):
             points.append("1" if kind.startswith("ordered") else "•")
         elif kind in ("bullet_list_close", "ordered_list_close"):

@@ -82,7 +82,7 @@ def pieces(content: Content) -> Iterator[Piece]:
     parts = [part for c in content.chapters for part in _blocks(c)]
     eom = content.eom
     named = (*eom.parameters, *eom.state, *eom.inputs, *eom.reactions, *eom.all_speeds)
-    taken = any(re.fullmatch(r"Z\d+", s.name) for s in named)  # then chapters keep their numbers
+    taken = any(re.fullmatch(r"Z\d+", s.name) for s in named)  # then intermediates are not renumbered
     starts = accumulate((0 if taken or _length(p) > most else len(p.between) for p, most in parts), initial=0)
     renames = map(_renamed, (part for part, _ in parts), starts)
     for chapter in content.chapters:

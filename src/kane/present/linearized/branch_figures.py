@@ -77,7 +77,7 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     return saved(figure, place)
 
 
-# Interpolation between points ---------------------------------------------------------------------------------------------------
+# Interpolation between points ------------------------------------------------------------------------------------------------
 
 
 def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Complex, list[int]]:

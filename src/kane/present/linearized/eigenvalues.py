@@ -27,7 +27,7 @@ def eigenvalues(eom: Equations, linear: Linear) -> Section:
 
 def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
     size = max((m.frequency for m in linear.modes), default=0.0)
-    least = SIX_DIGITS * size  # zeros that are several have fewer digits
+    least = SIX_DIGITS * size  # multiple zero eigenvalues are less accurate
     yield _verdict(linear, least)
     head = (r"$\lambda$ (1/s)", r"$|\lambda|$ (rad/s)", tr("frequency (Hz)"), tr("damping"), tr("mode"))
     ordered = sorted(linear.modes, key=lambda m: (-m.eigenvalue.real * (abs(m.eigenvalue.real) > least), m.frequency))

@@ -222,7 +222,7 @@ def _operations(eom: Equations) -> str:
 
 
 def _steps(eom: Equations) -> str:
-    if eom.operations.total > MOST:  # the steps' results are made when they are first read
+    if eom.operations.total > MOST:  # results of steps are computed on first access
         return ""
     rows = [
         (str(s.number), escaped(s.title), str(len(s.results)), ", ".join(map(code, _READ.get(s.number, ()))))

@@ -90,7 +90,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _row(tag: str, cells: Sequence[str]) -> str:
-    # notebooks set tables flush right, by rules that only an attribute of the cell overrides
+    # style sheets of notebooks align cells right, which only a style attribute overrides
     return "<tr>" + "".join(f'<{tag} style="text-align:left">{c}</{tag}>' for c in cells) + "</tr>"
 
 

@@ -179,7 +179,7 @@ def _axes(run: PlottedRun, what: Any, label: str) -> list[tuple[Axis, float]]:
     """A quantity, or the components of a vector, each with the size below which it is noise."""
     eom, motion = run.equations, run.motion
     if isinstance(motion, SectionPoints):
-        values = motion[what]  # before anything else: it says what is wrong with `what`
+        values = motion[what]  # first, as it raises errors for a wrong `what`
         (what,) = asked(eom.derived, what).roots
         return [(_axis(eom, what, label, values), 0.0)]
     if isinstance(what, str):
@@ -204,7 +204,7 @@ def _axis(eom: Any, e: Expr, label: str, values: Array) -> Axis:
 def _unit(eom: Any, e: Expr) -> str:
     try:
         return unit_in(eom.system, e)
-    except UnitError:  # what is drawn need not be a quantity of the model
+    except UnitError:  # expressions may have inconsistent units
         return ""
 
 
@@ -212,7 +212,7 @@ def _cut(text: str) -> str:
     return text if len(text) <= _LETTERS else text[: _LETTERS - 1] + "…"
 
 
-# What rounding leaves --------------------------------------------------------------------------------------------------------
+# Rounding residues -----------------------------------------------------------------------------------------------------------
 
 _SIZES: dict[Op, Callable[..., Any]] = {
     ADD: lambda a, b: a + b,

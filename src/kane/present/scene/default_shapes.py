@@ -206,7 +206,7 @@ def _particle(system: System, body: Particle, into: Quantities) -> Item:
     for law in system.contacts:
         place = law.place
         if place is not None and place.particle.body in carriers and place.particle.parent is p:
-            continue  # what touches is the body about the particle
+            continue  # the body around the particle is in contact, not the particle
         for touch in (place.particle, place.ground) if place is not None else ():
             if touch is not None and touch is not p and touch.parent is p and not touch.offset.is_zero and touch.body:
                 sizes = {"radius": into.scalar(touch.offset.magnitude())}
@@ -303,7 +303,7 @@ def ground_items(system: System, into: Quantities) -> Iterator[Item]:
         at = into.place(particle) - normal * gaps.get(particle, ZERO)
         levels = [sample([normal.dot(at)], seed)[0] for seed in SEEDS[:2]]
         if particle in gaps and abs(levels[0] - levels[1]) > DECLARED * max(map(abs, levels)):
-            continue  # it is the top of a body that moves
+            continue  # the plane is a face of a moving body
         key = (home, level, normal.dot(at) if particle in gaps else None)
         if key not in seen:
             seen.add(key)

@@ -92,7 +92,7 @@ def _triads(system: System, into: Quantities) -> Iterator[Triad]:
     for beam in system.bodies:
         if isinstance(beam, Beam):
             shown.setdefault(beam.frame, beam.root)
-    for particle in system.bodies:  # of a bob on a rod without mass the frame of the rod
+    for particle in system.bodies:  # for a particle on a massless rod, the frame of the rod
         if isinstance(particle, Particle):
             turned = [f for f, _ in particle.point.offset.parts if isinstance(f, Frame) and f is not system.inertial]
             shown.update({f: particle.point for f in turned[:1] if f not in shown})

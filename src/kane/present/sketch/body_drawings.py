@@ -69,7 +69,7 @@ def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
     other = link[int(np.argmax(np.linalg.norm(link - center, axis=1)))]
     size = float(np.linalg.norm(center - other))
     reach = min(0.775 * float(axes.max()), 1.1 * size)
-    if not reach > 0.3 * size:  # nor where no link leads anywhere
+    if not reach > 0.3 * size:  # no link, or one that is long compared with the body
         return False
     ends = paper.at(np.array([other, center + (center - other) / size * reach]))
     _bar(paper, ends, paper.depth(cloud))
@@ -187,7 +187,7 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
     a, b = np.array(BLOCK) * paper.unit
     along = seen / np.hypot(*seen)
     middle = paper.at(place)
-    if item.kind == "block":  # it stands where it touches, and the way is the normal
+    if item.kind == "block":  # the position is the contact point, the direction the normal
         along, middle = across(along), middle + along * b
     side = across(along)
     paper.draw(_rectangle(middle, a * along, b * side), "body", BODY, paper.depth(place), closed=True)
@@ -216,7 +216,7 @@ def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
 def _plane(paper: Paper, item: Item, posed: Posed) -> None:
     place, normal = _at(item, posed), unit(_along(item, posed))
     seen = paper.pixel_direction(normal)
-    places = posed.positions - np.outer((posed.positions - place) @ normal, normal)  # dropped onto the plane
+    places = posed.positions - np.outer((posed.positions - place) @ normal, normal)  # projected onto the plane
     if paper.view.plane:
         if np.hypot(*seen) < 0.5:
             return  # seen from above, the paper is the ground

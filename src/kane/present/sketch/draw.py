@@ -45,7 +45,7 @@ MARKS = (b'class="kane-sketch"', b"/Creator (kane sketch)", b"Software\0kane ske
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sketch:
-    """A drawing as SVG, which notebooks show; `labels` are its texts with their boxes, `strokes` its lines, `scene` what is drawn."""
+    """A sketch as SVG, which notebooks display; `labels` are its texts with their boxes, `strokes` its lines, `scene` its source."""
 
     svg: str
     width: int

@@ -101,7 +101,7 @@ def _tried(label: Label, points: Array, weights: Array, width: float, height: fl
     reach = np.array(_REACH if label.needed else _REACH[:_NEAR]) + label.clearance
     turn, far = (m.ravel() for m in np.meshgrid(_TURNS, reach, indexing="ij"))
     way = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    # the box touches a circle about the anchor: its half size along the way
+    # half the size of the box along the direction, so that it touches a circle about the anchor
     half = np.minimum(wide / 2 / np.maximum(np.abs(way[:, 0]), 1e-9), tall / 2 / np.maximum(np.abs(way[:, 1]), 1e-9))
     middle = np.array(label.anchor) + way * (far + half)[:, None]
     edge = np.array([wide, tall]) / 2

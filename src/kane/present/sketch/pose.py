@@ -132,7 +132,7 @@ def _starts(scene: Scene, size: float, told: Mapping[Any, float]) -> Iterator[di
             shifts += m.kind == "shift"
         yield {**start, **told}
     rng = np.random.default_rng(SEED)
-    for _ in range(_MORE if scene.system.holonomic else 0):  # where none of those closes
+    for _ in range(_MORE if scene.system.holonomic else 0):  # used if no other start satisfies the constraints
         yield {
             **{q: v + float(rng.normal(0, 1.2)) * (size if q.unit == "m" else 1.0) for q, v in start.items()},
             **told,
@@ -231,7 +231,7 @@ def _linear(
     return rows[:, 0], (rows[:, 1 : n + 1] - rows[:, n + 1 :]) / (2 * h)
 
 
-# Worth ---------------------------------------------------------------------------------------------------------------
+# Value of a pose -----------------------------------------------------------------------------------------------------
 
 
 def _worth(scene: Scene, values: Mapping[Symbol, float], laws: _Laws, size: float) -> float:

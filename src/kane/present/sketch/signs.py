@@ -32,7 +32,7 @@ def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
         axes = np.vstack([posed.rotations[t.frame], posed.positions[t.at] * paper.scale])
         beside = [k for k, other in enumerate(shown) if np.abs(axes[3] - other[3]).max() < 6]
         same = any(np.abs(axes - shown[k]).max() < 1e-6 for k in beside)
-        if not same and not any(k > 0 for k in beside):  # one of a body at a place, and the inertial frame's
+        if not same and not any(k > 0 for k in beside):  # at each place, the inertial axes and those of one body
             shown.append(axes)
             _triad(paper, t, posed, middle)
     used: list[tuple[Array, Array]] = []
@@ -126,7 +126,7 @@ def _arrow(paper: Paper, line: Array, look: str, layer: int, head: float = _HEAD
 def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tuple[Array, Array]]) -> None:
     way = paper.at(posed.positions[list(m.points)])
     long = float(np.hypot(*(way[-1] - way[0])))
-    if long < 3:  # across the paper, or nothing
+    if long < 3:  # normal to the drawing, or zero
         _coordinate(paper, m, spans(m.symbols[0]), way[-1], way[-1] - middle)
         return
     if len(way) > 2:

@@ -160,7 +160,7 @@ def spring() -> Mesh:
     side = np.cross(ahead, out)
     a = np.arange(sides + 1) * 2 * pi / sides
     rings = out[:, None] * np.cos(a)[None, :, None] + side[:, None] * np.sin(a)[None, :, None]
-    flattened = rings * [wire, wire, wire / 6]  # as it is stretched along z
+    flattened = rings * [wire, wire, wire / 6]  # stretching along z restores the round section
     vertices = (line[:, None] + flattened).reshape(-1, 3)
     n, m = len(line), sides + 1
     k = (np.arange(n - 1)[:, None] * m + np.arange(sides)).ravel()

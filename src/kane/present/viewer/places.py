@@ -44,6 +44,6 @@ def _length(length: Length, scalars: Array) -> Array:
     if number < 0:
         return np.full(len(scalars), factor)
     value = scalars[:, number]
-    if root:  # of an ellipsoid of inertia, which what has no mass has none of
+    if root:  # semi-axes of the ellipsoid of inertia, not a number without mass
         value = np.sqrt(np.where(np.isfinite(value), np.maximum(value, 0.0), 0.0))
     return np.asarray(factor * value)

@@ -82,7 +82,7 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
         raise ArgumentError(
             "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
         ) from None
-    told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # pages play it while it loads
+    told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # playable while loading
     writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
     writer.send(None)
     for p in pictures:
@@ -131,7 +131,7 @@ def _picture(shot: PictureView, places: Sequence[Array], paths: Array) -> Image.
         points = mesh.vertices @ place[:, :3].T + place[:, 3]
         p = points[mesh.triangles]
         n = unit_rows(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-        kept = np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0  # n of no area is zero
+        kept = np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0  # the normal of a degenerate triangle is zero
         corners, depth = seen(points)
         flat, _ = seen(points - np.outer((points @ up - low) / (light @ up), light))
         tone = mesh.tones[mesh.triangles].mean(axis=1)[:, None]
@@ -150,7 +150,7 @@ def _picture(shot: PictureView, places: Sequence[Array], paths: Array) -> Image.
     ax.axis("off")
     lines = _floor(seen, model, eye - 3.5 * model.reach * axes[2], low)
     ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1), autolim=False)
-    # Arrays: lists of triangles take twice as long, but types of matplotlib know only these.
+    # Any: arrays are twice as fast, but matplotlib's annotations allow lists of triangles only
     shaded: Any = np.concatenate(shadows)
     faces: Any = np.concatenate(shapes)[order]
     shown = np.concatenate(colours)[order]
