@@ -119,6 +119,6 @@ def _of_a_mode(contacts: Sequence[ContactLaw]) -> str:
 
 
 def _touches(eom: Equations, gap: Expr, point: State) -> bool:
-    """Whether a gap is none but for rounding of what was given."""
+    """Whether a gap is zero within the precision of the given values."""
     g, terms = eom.evaluate([gap, size(gap, {})], point)
     return bool(g <= GIVEN * terms)

@@ -42,7 +42,7 @@ class Crossing(Attributes):
 
     If a switch in the equations makes the eigenvalue jump across the axis, `eigenvalue` is that on the side nearer to the axis,
     with a nonzero real part. `value` is that of the varied symbol, `point` the steady motion there, and `between` the indices of
-    the points of the branch before and after it; `grows` tells whether the mode is growing after the crossing, or decaying.
+    the points of the branch before and after it; `grows` is whether the mode is growing after the crossing, or decaying.
     """
 
     value: float

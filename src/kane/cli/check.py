@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane check`: what a model is, as JSON and as lines to read, and what is wrong with it."""
+"""`kane check`: a summary of a model, as JSON or as text, with errors and warnings."""
 
 import math
 import time

@@ -42,7 +42,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
     Raises
     ------
     ArgumentError
-        if it is no motion, or the path ends in something else
+        if `solution` is not a motion, or the path has a different ending
     """
     expect.instance(solution, Solution, "a motion from kn.simulate", error=ArgumentError)
     place = file_path(path, 'kn.figures.energy_balance(sol, "energy.svg")')
@@ -94,9 +94,9 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     Raises
     ------
     SimulationError
-        if it is no branch of cycles, or has one cycle only
+        if `branch` is not a branch of cycles, or has one cycle only
     ArgumentError
-        if the path ends in something else, or a quantity has several values
+        if the path has a different ending, or a quantity has several values
     """
     expect.instance(branch, CycleBranch, "a branch from cycle.follow", error=SimulationError)
     place = file_path(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')

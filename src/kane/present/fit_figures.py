@@ -32,7 +32,7 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
     Raises
     ------
     ArgumentError
-        if it is no fit, or the path ends in something else
+        if `fit` is not a fit, or the path has a different ending
     """
     expect.instance(fit, Fit, "a fit from kn.fit", error=ArgumentError)
     place = file_path(path, 'kn.figures.fit_figure(fit, "fit.svg")')

@@ -32,7 +32,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     Parameters
     ----------
     beam : kn.Beam
-    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
+    path : file to write, `.png`, `.svg` or `.pdf`; an existing file is replaced if it is such a figure
     """
     expect.instance(beam, Beam, "a kn.Beam")
     place = file_path(path, 'kn.figures.mode_figure(beam, "modes.svg")')

@@ -27,7 +27,7 @@ _PACKAGES = (
 
 
 def versions() -> dict[str, str]:
-    """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
+    """Versions of kane, of Python and of the packages that kane requires; the processor for which code is compiled; the cache."""
     packages = {name: _version(name) for name in _PACKAGES}
     packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine.versions())
     here = machine.host()
@@ -42,7 +42,7 @@ def versions() -> dict[str, str]:
 
 
 def show_versions() -> None:
-    """Print `versions()`, a line each: paste it into a report of a fault."""
+    """Print `versions()`, one per line, for bug reports."""
     rows = versions()
     width = max(map(len, rows))
     for name, value in rows.items():

@@ -273,7 +273,7 @@ def friction(
     Parameters
     ----------
     point : the particle in contact, made with `fixed_in`
-    normal : the reaction N, positive where it presses
+    normal : the reaction N, positive in compression
     mu : coefficient of friction
     along : unit vector of the normal, if `normal` was declared without a direction
     against : the particle of the other body at the contact, on which the opposite force acts; by default the ground

@@ -65,7 +65,7 @@ def sphere_on_sphere(
     Raises
     ------
     ModelError
-        if a radius is below zero, both are, or the pole is no axis of a frame
+        if a radius is below zero, both are, or the pole is not an axis of a frame
     """
     check_attachment(name, center, wheel)
     check_attachment(name, other_center, other)

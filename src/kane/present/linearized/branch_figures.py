@@ -53,7 +53,7 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     Parameters
     ----------
     branch : from `kn.analysis.continuation`; or from `cycle.follow`, for the Floquet exponents ln μ/T
-    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
+    path : file to write, `.png`, `.svg` or `.pdf`; an existing file is replaced if it is such a figure
     """
     label, place = label_along(branch), file_path(path, 'kn.figures.root_locus(branch, "locus.svg")')
     figure = Picture(figsize=(9.6, 4.6), layout="constrained")

@@ -32,7 +32,7 @@ def link_shapes(model: Imported) -> list[BodyShape]:
     Raises
     ------
     ArgumentError
-        if it is no imported model
+        if `model` is not an imported model
     """
     cure = "kn.from_urdf and kn.from_mjcf give one."
     expect.instance(model, Imported, "the model of an imported robot", cure, error=ArgumentError)

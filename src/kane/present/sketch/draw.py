@@ -61,7 +61,7 @@ class Sketch:
         return self.svg
 
     def save(self, path: str | Path) -> Path:
-        """Write it as SVG, or PDF or PNG where the path ends so, to a file that a sketch alone may have before; return the path."""
+        """Write the sketch as SVG, PDF or PNG by the ending of the path, and return the path; only files of sketches are replaced."""
         target = path_of(path, 'sketch.save("system.svg")')
         known = target.suffix.lower() in ("", *FORMATS)
         expect.that(
