@@ -136,7 +136,7 @@ def check_reactions(
 
 
 def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reaction, ...]) -> None:
-    """Raise ModelError for constraints of the same name, or reactions of constraints that the system does not have."""
+    """Raise ModelError for constraints of the same name, ReactionError for a reaction of a constraint that is not in the system."""
     names = [c.name for c in constraints]
     expect.different(names, "constraints of different names", "Say name=… for each.")
     for r in reactions:
