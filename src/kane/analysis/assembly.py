@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for.
+"""`assemble`: a state that satisfies the constraints, from coordinates and speeds that are given, guessed, or left out.
 
-Speeds follow from A u + b = 0. Constraints A_q q̇ + b_q = 0 and speeds u = Y q̇ + z are divided by nothing: where A may have false
-poles, or is not finite, the possible speeds are those of the possible rates, with A_q N = 0 and A_q q̇₀ + b_q = 0 those with
+Speeds follow from A u + b = 0. No division is made in constraints A_q q̇ + b_q = 0 and speeds u = Y q̇ + z: where A may have false
+poles, or is not finite, the speeds are those of the rates that the constraints allow, with A_q N = 0, A_q q̇₀ + b_q = 0 and
 
     B u = B (Y q̇₀ + z),    B (Y N) = 0
 
-Configurations that satisfy the constraints, on the branches that closures mean: all that many starts find, nearest first.
-
-Distances are measured from the guesses, or from zero where there are none; what turns in rad, lengths by how far they reach.
-Angles that are the same a turn further are taken nearest to their guess, Euler parameters with the sign that is nearest.
+Configurations on the specified closure branches are found by the Gauss–Newton method from many starts, and sorted by distance from the
+guesses, or from zero without guesses: angles in rad, lengths relative to the size of the mechanism. Full turns are removed from angles
+so that they are nearest to their guess, and Euler parameters have the sign that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -42,13 +41,13 @@ from kane.numeric.scale import CLOSED, DERIVE_RANK, GIVEN, ONE_POSITION, ROUNDED
 from kane.progress import working
 
 TRIES = (60, 400, 1600)
-"""Starts that are made together: more where those before led to no branch that is meant."""
+"""Numbers of starts of successive attempts, each made only if those before reached no configuration on a specified branch."""
 _SLIDES, _NEAREST = 40, 6
 _TOLD = 6
 
 
 class AssemblyResult(NamedTuple):
-    """The configurations found, nearest first; where there is none, what came `nearest`, and what was `turned`."""
+    """The configurations found, nearest first, that with the smallest residual, `nearest`, and the `turned` closures in words."""
 
     closed: tuple[Closed, ...]
     nearest: Closed
@@ -57,13 +56,13 @@ class AssemblyResult(NamedTuple):
 
 
 def search(level: LevelSet, start: GivenEntries) -> "ClosureSearch":
-    """What a start leaves free is looked for."""
+    """A search for the values that a start leaves free."""
     return ClosureSearch(level.of(start.values, start.free), start)
 
 
 @dataclass(frozen=True, eq=False)
 class ClosureSearch:
-    """The configuration constraints of a system at values of all but its coordinates, and where to start."""
+    """The configuration constraints of a system at given values of everything except coordinates, with a start."""
 
     level: LevelSet
     start: GivenEntries
@@ -73,11 +72,11 @@ class ClosureSearch:
         return list(self.level.free)
 
     def turned(self, x: Array) -> str:
-        """Which closures are turned at q, in words."""
+        """The closures that are on a wrong branch at q, in words."""
         return turned_closures(self.level.manifold.branches, self.level.turned(x))
 
     def words(self, found: AssemblyResult) -> list[str]:
-        """Which of the branches found each configuration is on, and where the next one lies."""
+        """For each configuration, which of the branches found it is on, and where the next one is, in words."""
         open_, count = len(self._kernel(found.closed[0].x)), len(found.closed)
         if open_:
             return [f"the nearest; {open_} of the guesses could be given"] * count
@@ -91,7 +90,7 @@ class ClosureSearch:
         ]
 
     def cure(self) -> str:
-        """Where the branch that is meant is, from coordinates that are given whole and are on another one."""
+        """Advice for given coordinates on a wrong branch: coordinates that are on the specified one."""
         every = tuple(range(len(self.start.values)))
         found = search(self.level, GivenEntries(self.start.values, every, ())).found()
         if not found.closed:
@@ -102,14 +101,14 @@ class ClosureSearch:
         )
 
     def _apart(self, x: Array, other: Array) -> str:
-        """Where coordinates are that differ from others, the first few."""
+        """The first few coordinates of x that differ from `other`, in words."""
         apart = np.abs(x - other) > ONE_POSITION * self.level.wide
         coordinates = self.level.manifold.system.coordinates
         pairs = [(q, v) for q, v, differs in zip(coordinates, x, apart, strict=True) if differs]
         return ", ".join(f"{q} = {v:.4g}" for q, v in pairs[:_TOLD]) + (", …" if len(pairs) > _TOLD else "")
 
     def found(self, thorough: bool = False) -> AssemblyResult:
-        """What the tries lead to, the `thorough` ones at once."""
+        """The result of the attempts; `thorough` omits the first, smallest one."""
         rng = np.random.default_rng(ASSEMBLY_SEED)
         nearest, turned, starts = None, "", 0
         for count in TRIES[1 if thorough else 0 :]:
@@ -123,14 +122,14 @@ class ClosureSearch:
         return AssemblyResult((), nearest, turned, starts)
 
     def _starts(self, rng: "np.random.Generator", count: int) -> Array:
-        """The start itself, some around it, and others anywhere within a turn, or within reach (k × free)."""
+        """Starts (k × free): the given one, some around it, and others within a turn, or within the size of the mechanism."""
         first, size, near = self.start.values[self._free], self.level.usual, count // 3
         x = rng.uniform(-np.pi, np.pi, (count, len(first))) * np.where(size.turns, 1.0, size.x / 2)
         x[:near] = rng.normal(size=(near, len(first))) * size.x * np.linspace(0.0, 1.0, near)[:, None]
         return np.asarray(x + first)
 
     def _tried(self, x: Array) -> tuple[tuple[Closed, ...], Closed, str]:
-        """Different configurations on the branches that are meant; what came nearest to closing; what was turned."""
+        """Different configurations on the specified branches; the one nearest to satisfying the constraints; the turned closures."""
         reached = self.level.reached(x, self.level.usual)
         nearest = self.level.closest(reached.q[reached.best])
         closed = reached.found.left <= CLOSED
@@ -146,14 +145,14 @@ class ClosureSearch:
         return self._ordered([self.level.closest(x) for x in q[self._distinct(q)]]), nearest, ""
 
     def _ordered(self, ends: Sequence[Closed]) -> tuple[Closed, ...]:
-        """Each once, nearest first; of mirror images, which are as near but for rounding, the one whose first coordinate is larger."""
+        """Different configurations, nearest first; of two at equal distances, that with the larger first coordinate comes first."""
         x = np.array([c.x for c in ends])
         columns = (-x / self.level.wide)[:, self._free].T
         order = np.lexsort([*(ranks(c, ONE_POSITION) for c in columns[::-1]), ranks(self.distances(x), ROUNDED_ROOT)])
         return tuple(ends[order[k]] for k in self._distinct(x[order]))
 
     def distances(self, x: Array) -> Array:
-        """How far each q (k × n) is from the guesses (k); what was left out counts where these are alike."""
+        """Distances of q (k × n) from the guesses (k); coordinates left out decide between equal distances."""
         away = np.zeros(x.shape)
         away[:, self._free] = (x - self.start.values)[:, self._free] / self.level.usual.x
         guessed = np.linalg.norm(away[:, list(self.start.guessed)], axis=1)
@@ -161,7 +160,7 @@ class ClosureSearch:
         return np.asarray(guessed + weight * np.linalg.norm(away[:, list(self.start.missing)], axis=1))
 
     def _distinct(self, x: Array) -> list[int]:
-        """The first of each among several q (k × n), by number."""
+        """Indices of different q (k × n), the first of each."""
         kept: list[int] = []
         free, size = self._free, self.level.usual.x
         for k, one in enumerate(x):
@@ -170,9 +169,9 @@ class ClosureSearch:
         return kept
 
     def _homed(self, x: Array) -> Array:
-        """Each q (k × n) with angles within half a turn of the start, Euler parameters on its side, where it is closed there too.
+        """Each q (k × n) with angles within half a turn of the start and Euler parameters of its sign, if it closes there too.
 
-        What is half a turn away is so forwards, whatever rounding leaves, and Euler parameters then begin above zero.
+        An angle half a turn away is taken as positive, whatever its rounding, and Euler parameters with a positive first component.
         """
         free = np.array(self._free)[self.level.usual.turns]
         home, first = x.copy(), self.start.values
@@ -190,7 +189,7 @@ class ClosureSearch:
         return np.where(kept[:, None], home, x)
 
     def singular_at(self, x: Array) -> str:
-        """Which constraints are not finite at q (n), in words, those of most say first; "" where all are."""
+        """The constraints that are not finite at q (n), and where, in words; "" if all are finite."""
         f, g = self.level.one(x)
         lost = ~(np.isfinite(f) & np.isfinite(g).all(axis=1))
         names = [n for n, bad in zip(self.level.manifold.names, lost, strict=True) if bad]
@@ -199,16 +198,16 @@ class ClosureSearch:
         return f"infinity or NaN of {', '.join(map(repr, names))} at {where}" if names else ""
 
     def block(self, x: Array) -> Array:
-        """∂f/∂q at q (n) over what is free, in sizes of its own."""
+        """∂f/∂q (m × free) at q (n), divided by the sizes of f and of q."""
         size = self.level.usual
         return np.asarray(self.level.one(x)[1][:, self._free] * size.x / size.f[:, None])
 
     def _kernel(self, x: Array) -> Array:
-        """Directions, over what is free, in which the constraints leave q (n) open, one a row."""
+        """A basis, as rows, of the directions of free coordinates that the constraints allow at q (n)."""
         return singular(self.block(x)).kernel(STATE_RANK)
 
     def _slid(self, x: Array) -> Array:
-        """From q (n) along the constraints to the place nearest to the guesses."""
+        """The configuration nearest to the guesses, reached from q (n) along the constraints."""
         free, size = self._free, self.level.usual.x
         pull = np.isin(free, self.start.guessed)
         for _ in range(_SLIDES):
@@ -230,7 +229,7 @@ class ClosureSearch:
 
 
 class VelocityConstraints(NamedTuple):
-    """Constraints `rows` x + `rest` = 0 on x, speeds or rates, with their `names`; the speeds are `to_speeds` x + `added`."""
+    """Constraints `rows` x + `rest` = 0 on x, speeds or rates, with their `names`; the speeds are u = `to_speeds` x + `added`."""
 
     names: tuple[str, ...]
     rows: Array
@@ -240,9 +239,9 @@ class VelocityConstraints(NamedTuple):
 
 
 def velocity_constraints_at(eom: Equations, at: Mapping[Expr, Any], by_rates: bool) -> VelocityConstraints:
-    """The constraints at a configuration, on the speeds or, with `by_rates`, on the rates of the coordinates.
+    """The velocity constraints at a configuration, in the speeds or, with `by_rates`, in the rates of the coordinates.
 
-    A SimulationError names constraints or speeds that are not finite there even in rates.
+    Raises SimulationError, naming constraints or speeds, if these are not finite even in rates.
     """
     constraints, n = eom.derived.constraints, len(eom.speeds)
     m = len(constraints.b)
@@ -264,12 +263,12 @@ def velocity_constraints_at(eom: Equations, at: Mapping[Expr, Any], by_rates: bo
 
 
 def _plain(eom: Equations, a: Array, b: Array) -> bool:
-    """Whether A u + b = 0 says what is held as it stands."""
+    """Whether A u + b = 0 can be used directly: it is finite and the speeds have no false pole."""
     return eom.solved.twin is None and bool(np.isfinite(a).all() and np.isfinite(b).all())
 
 
 def _in_basic_rates(eom: Equations, at: Mapping[Expr, Any]) -> tuple[Array, Array, Array, Array]:
-    """Y, z, A_q, b_q in the basic rates, those of coordinates and the quasi-rates of Euler parameters."""
+    """Y, z, A_q, b_q in the basic rates: those of coordinates, and the quasi-rates of Euler parameters."""
     speeds, system = eom.derived.kinematical, eom.system
     rows = [dot(list(row.values()), list(row)) + z for row, z in zip(speeds.rows, speeds.z, strict=True)]
     held = [substituted(constraint_rate(c), speeds.euler_rates) for c in system.constraints]
@@ -294,7 +293,7 @@ def _in_basic_rates(eom: Equations, at: Mapping[Expr, Any]) -> tuple[Array, Arra
 
 
 def _basic(eom: Equations, at: Mapping[Expr, Any]) -> Array:
-    """The basic rates by those of the coordinates: ω = 2 E(e)ᵀ ė of Euler parameters."""
+    """The matrix of the basic rates in the rates of coordinates, with ω = 2 E(e)ᵀ ė for Euler parameters."""
     rates = {r: k for k, r in enumerate(eom.derived.kinematical.rates)}
     place = {q: k for k, q in enumerate(eom.coordinates)}
     spread = np.zeros((len(rates), len(place)))
@@ -308,7 +307,7 @@ def _basic(eom: Equations, at: Mapping[Expr, Any]) -> Array:
 
 
 def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array) -> VelocityConstraints:
-    """B u = B (Y q̇₀ + z)."""
+    """The constraints B u = B (Y q̇₀ + z) on speeds, from Y, z and the constraints C q̇ + `rest` = 0."""
     scaled = balance(c)
     wanted = -rest / scaled.rows[:, 0]
     first = least_squares(scaled.matrix, wanted)
@@ -432,7 +431,7 @@ def assemble(
 def _assembled(
     eom: Equations, given: State, rates: Mapping[Any, Any] | None, every: bool, level: LevelSet | None = None
 ) -> tuple[list[Assembled], LevelSet | None]:
-    """The nearest one, or `every` one that is found, and the constraints as they were looked at, by their `level` if it is given."""
+    """The nearest state, or, if `every`, all states found; and the constraints, from `level` if it is given."""
     constants = _constants(eom, given)
     if given.u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
@@ -483,7 +482,7 @@ def _of_many(many: Poses, all_branches: bool) -> Any:
 def _configurations(
     eom: Equations, start: GivenEntries, sought: ClosureSearch | None, every: bool
 ) -> list[tuple[Closed, str]]:
-    """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
+    """Configurations with their branches in words: the nearest, or, if `every`, all that are found."""
     names = [q.name for q in eom.coordinates]
     if sought is None:
         missing = (names[i] for i in start.missing)
@@ -494,7 +493,7 @@ def _configurations(
     found = sought.found(every)
     if not found.closed:
         raise SimulationError(_not_closed(sought, found))
-    # what is left out must follow from the constraints, what is given and the guesses
+    # values left out must be determined by the constraints, the given values and the guesses
     asked = start.free if every else start.missing
     unknown, count = _undetermined(sought.block(found.closed[0].x), start, names, asked)
     if unknown:
@@ -507,7 +506,7 @@ def _configurations(
 
 
 def _given(given: ClosureSearch) -> Closed:
-    """Coordinates that are given whole, moved by rounding only."""
+    """The coordinates, all given, after the removal of rounding errors; raises SimulationError if they violate the constraints."""
     names, values = given.level.manifold.names, given.start.values
     if given.singular_at(values):
         raise SimulationError(
@@ -528,7 +527,7 @@ def _given(given: ClosureSearch) -> Closed:
 
 
 def _not_closed(sought: ClosureSearch, found: AssemblyResult) -> str:
-    """No configuration was found, or none on the branch that is meant."""
+    """A message: no configuration was found, or none on the specified branch."""
     start, names = sought.start, [q.name for q in sought.level.manifold.system.coordinates]
     if found.turned:
         return (
@@ -555,7 +554,7 @@ def _not_closed(sought: ClosureSearch, found: AssemblyResult) -> str:
 def _undetermined(
     block: Array, start: GivenEntries, names: Sequence[str], among: Sequence[int]
 ) -> tuple[list[str], int]:
-    """Which `among` what is free may still move where `block` holds the rest; and how many values are too few."""
+    """Free values `among` some indices that may still change with `block` zero, and the number of missing values."""
     directions = singular(block).kernel(STATE_RANK)
     open_ = np.abs(directions).max(axis=0, initial=0) > ROUNDED_ROOT
     return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in among], len(directions)
@@ -571,16 +570,16 @@ def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> GivenEntries:
 
 
 def _motion(eom: Equations, start: GivenEntries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
-    """u with A u + b = 0; with rates u = Y q̇ + z."""
+    """u with A u + b = 0, or from rates by u = Y q̇ + z, and the largest residual."""
     held = velocity_constraints_at(eom, at, by_rates)
     rows, rest = held.rows, held.rest
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
-    # what a unit of each does: metres and radians per second compare by that
+    # scale columns, so that m/s and rad/s are comparable
     pace = np.abs(rows).max(axis=0, initial=0)
     pace = np.where(pace > ROUNDED * pace.max(initial=0), pace, 1.0)
     rows, x = rows / pace, start.values * pace
     size = np.abs(rows).max(axis=1, initial=0)
-    # a row that vanishes here but for rounding holds nothing
+    # a row within rounding of zero is not scaled up
     scale = np.maximum(size, max(ROUNDED_ROOT * size.max(initial=0), np.finfo(float).tiny))
     free = list(start.free)
     if free:

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`compare_speeds`, `compare_methods`: one system by several sets of generalized speeds, or by several methods, and what each costs.
+"""`compare_speeds`, `compare_methods`: one system in several sets of generalized speeds, or by several methods, and their costs.
 
-Of each set of speeds: the operations of one evaluation of (q̇, u̇, R), route by route; the configurations at which q̇ = W u + X is
-singular; along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with rows and columns
-divided by the largest sizes of its entries, M̃ with those of its diagonal: units do not matter, nearness to a singular position
-does.
+For each set of speeds: operations of one evaluation of (q̇, u̇, R) by each route, configurations where q̇ = W u + X is singular, and
+along a motion the condition numbers of W and of M̃, the mass matrix of the independent speeds. W is scaled by the typical sizes of
+its entries, and M̃ by its diagonal, so that the condition numbers do not depend on units.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,7 +33,7 @@ DECLARED = "declared"
 
 
 class MotionValues(Protocol):
-    """A motion: its times, and values of expressions along it, as a Solution gives them."""
+    """A motion: its times, and values of expressions along it, such as a Solution."""
 
     @property
     def t(self) -> Array:
@@ -163,7 +162,7 @@ def _set(name: str, system: System, along: MotionValues | None, routes: Sequence
         if route not in operations:
             try:
                 operations[route] = derive(system, route=route).operations.total
-            except ModelError:  # it does not express this system
+            except ModelError:  # the route is not applicable
                 continue
     if along is None:
         return SpeedSet(name, eom, operations, _singular(eom))
@@ -174,19 +173,19 @@ def _set(name: str, system: System, along: MotionValues | None, routes: Sequence
 
 
 def _singular(eom: Equations) -> tuple[Expr, ...]:
-    """The factors of the pivots of W by which something is divided."""
+    """Nonconstant factors of the pivots of W that are denominators of q̇ or u̇."""
     below = divisors((*eom.rates, *eom.accelerations))
     parts = dict.fromkeys(f for p in eom.solved.regular.kinematical.pivots for f in factors(p))
     return tuple(f for f in parts if f in below and f.op is not MUL and not is_constant_in_time([f]))
 
 
 def _values(m: Matrix, along: MotionValues) -> Array:
-    """A matrix along a motion (n × rows × columns)."""
+    """Values of a matrix along a motion (n × rows × columns)."""
     return np.stack(along[list(m.entries)], axis=-1).reshape(len(along.t), *m.shape)
 
 
 def _condition(a: Array, sizes: Callable[[Array], Array]) -> Array:
-    """cond A (n), measured by the sizes that follow from those that its entries usually have."""
+    """Condition numbers (n) of matrices A, divided by `sizes` of the typical absolute values of their entries."""
     finite: Mask = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     usual = np.median(np.abs(a[finite]), axis=0) if finite.any() else np.ones(a.shape[1:])
     result = np.full(len(a), np.inf)

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`constraint_forces`: what holds constraints, by multipliers and by auxiliary speeds (Kane & Levinson 1985, sec. 4.9 and 7.7).
+"""`constraint_forces`: forces of constraints, by multipliers and by auxiliary speeds (Kane & Levinson 1985, sec. 4.9 and 7.7).
 
-M u̇ = f + Aᵀ λ        and        F_a + F*_a = 0 of a speed u_a that the constraint is released by: its force is λ
+    M u̇ = f + Aᵀ λ        and        F_a + F*_a = 0 of a speed u_a that the constraint is released by: its force is λ
 
 `impact`: speeds after a collision, by generalized impulses and momenta (Kane & Levinson 1985, sec. 6.8 and 6.9).
 
     M̃ Δu = J_nᵀ ν + J_tᵀ τ,    v_n′ = −e v_n,    |τ| ≤ μ ν and v_t′ = 0, or τ = −μ′ ν v_t′/|v_t′|
 
-v is the velocity of the point that strikes in that of what it strikes, v′ after the blow; the configuration does not change. J are
-the nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes;
-of several ways, as much friction may leave them, the one with the least impulse is taken, however axes lie.
+v is the velocity of the striking point relative to the struck one, v′ that after the collision; the configuration does not change. J
+are nonholonomic partial velocities, so that constraints remain satisfied. Slip after the collision is opposed by the impulse of
+friction; if several impulses satisfy this, the smallest is taken, which does not depend on the choice of tangential axes.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def constraint_forces(
 
 
 class _Evidence(NamedTuple):
-    """Constraints that say where their forces act, the reactions that these are, and the equations that have these in evidence."""
+    """Constraints whose forces have known points, their reactions, and equations of motion in which these reactions appear."""
 
     placed: tuple[Constraint, ...]
     own: Mapping[Constraint, Reaction]
@@ -105,7 +105,7 @@ class _Evidence(NamedTuple):
 
 
 def _in_evidence(eom: Equations) -> _Evidence:
-    """What is derived for the forces of constraints, once."""
+    """Equations with a reaction for each constraint force, derived once for a system."""
     placed = tuple(c for c in eom.system.constraints if c.placed and c not in set(eom.redundant))
     expected, came = "constraints that say where their forces act", "none: scalars that must vanish do not"
     cure = "Declare them with kn.distance, kn.no_slip, kn.coincident, …."
@@ -118,11 +118,11 @@ def _in_evidence(eom: Equations) -> _Evidence:
 
 
 def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names: Sequence[str]) -> Any:
-    """The forces of all states as a Dataset; where there are none it is asked at that state alone why."""
+    """The forces at all states as a Dataset; a state without finite forces is evaluated alone for the cause."""
     with listed_warnings() as warned:
         found = np.array([[np.broadcast_to(x, many.count) for x in both] for both in forces(many.of_state())])
     causes, lost = dict(many.failed), ~np.isfinite(found).all(axis=(0, 1))
-    # a warning names the first place alone
+    # a warning names only the first state, so that all are evaluated alone
     for k in [k for k in many.open if warned or lost[k]]:
         try:
             found[:, :, k] = forces(many.state(k))
@@ -235,7 +235,7 @@ def _coefficients(restitution: Any, friction: Any) -> tuple[float, tuple[float, 
 
 
 def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: State) -> tuple[Array, Array, Array, Array]:
-    """The relative velocity, the normal, partial velocities (speeds × 3) and M̃."""
+    """The relative velocity and the normal (3), the partial velocities (speeds × 3), and M̃."""
     frame, speeds = eom.system.inertial, eom.independent_speeds
     known = eom.solved.nonholonomic.kinematics
     for p in (point,) if other is None else (point, other):
@@ -252,7 +252,7 @@ def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: Stat
 
 
 def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[float, float]) -> tuple[Array, bool]:
-    """The impulse, and whether there is slip after it."""
+    """The impulse (3), and whether there is slip after it."""
     across = np.linalg.svd(n[None, :])[2][1:]
     axes = np.vstack([n, across])
     felt = axes @ inverse @ axes.T
@@ -278,14 +278,14 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
 
 
 _IN_TANGENTS = np.array([[1, 0, 2, 0, 1], [-1, 0, 0, 0, 1], [0, -2, 0, -2, 0], [1, 0, -6, 0, 1], [0, 4, 0, -4, 0]])
-"""1, cos, −sin, cos of twice and −sin of twice an angle, times (1 + t²)², as polynomials in the tangent t of its half."""
+"""1, cos α, −sin α, cos 2α and −sin 2α, each times (1 + t²)², as polynomials in t = tan(α/2)."""
 
 
 def _opposed(felt: Array, v: Array, wanted: float, mu: float) -> Array:
-    """The impulses (k × 3) of friction along the slip after them, either way, that change the normal velocity as `wanted`.
+    """The impulses (k × 3) with friction opposite or along the slip after them that change the normal velocity by `wanted`.
 
-    The part of the slip across a direction, times what the impulse in that is divided by, is of the second degree in its cosine and
-    sine: five values determine it. It is a polynomial of the fourth degree in the tangent of half the angle from where it is large.
+    The component of the slip across a direction, times the denominator of the impulse, is of degree two in its cosine and sine: five
+    values determine it. It is a polynomial of degree four in the tangent of half the angle from a direction where it is large.
     """
 
     def parts(angle: Array) -> tuple[Array, Array]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The derivative at a state where switches stand: the one there is, that of a side which is asked for, or an error that names them."""
+"""The derivative of a flow at a state on switching surfaces: the common one, that on a given side, or an error naming the switches."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ Side = Mapping[Any, float]
 
 
 def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | None = None) -> Piece:
-    """The flow and its outputs where they have one derivative, else those of the `side`.
+    """The flow and its outputs with their derivatives, on the given `side` if the sides differ.
 
-    `tolerance` is that of a steady state, 0 of another.
+    `tolerance` is that of a steady state, 0 for other states.
 
     Raises
     ------
     CornerError
-        if sides differ, and none is given, or the direction leads into none of them
+        if the sides differ and none is given, or the direction leads into none of them
     """
     if side is not None:
         check_side((*flow.states, *(r.name for r in flow.numeric.equations.inputs)), side)
@@ -55,7 +55,7 @@ def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | 
             raise corner_error(sides)
         own = one_side(sides, side)
     elif sides is not None and sides.pieces and different_slopes((own, sides.pieces[0])).any():
-        # at the corner itself the graph may have another derivative: that of sign x |x| is sign² x
+        # differentiation at the corner itself may be wrong: it yields sign² x for the expression x |x|
         own = sides.pieces[0]
     elif own.finite:
         check_cones(flow, outputs)
@@ -76,7 +76,7 @@ def _not_finite(piece: Piece) -> str:
 
 
 def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
-    """The direction by name; `names` are the states and inputs."""
+    """The direction by name; raises ValueMissingError for names that are not states or inputs (`names`)."""
     expected = f"side= as a direction in states and inputs ({', '.join(names)}), such as {{{names[0]!r}: 1}}"
     expect.instance(side, Mapping, expected, error=ValueMissingError)
     told = {(k.name if isinstance(k, Symbol) else k): finite_number("direction", str(k), v) for k, v in side.items()}
@@ -87,12 +87,12 @@ def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
 
 
 def one_side(sides: Sides, side: Side) -> Piece:
-    """The flow and outputs of the side into which the direction leads.
+    """The one-sided flow into which the direction leads.
 
     Raises
     ------
     CornerError
-        if the direction leaves a switch that makes a difference where it is
+        if the direction stays on the surface of a switch at which the sides differ
     """
     d = np.array([check_side(sides.names, side).get(n, 0.0) for n in sides.names])
     along = _led_into(sides.pieces, d)
@@ -109,12 +109,12 @@ def one_side(sides: Sides, side: Side) -> Piece:
 
 
 def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
-    """The pieces into which a direction leads, or along whose boundary."""
+    """The one-sided flows into which a direction leads, or along whose boundary."""
     return [p for p in every if (p.signs * (p.gradients @ d) >= -EPS * (np.abs(p.gradients) @ np.abs(d))).all()]
 
 
 def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: float) -> None:
-    """Warn where the accelerations at a state jump, so that it holds at a switch alone."""
+    """Warn if accelerations jump at a steady state, which then need not persist after small disturbances."""
     if not numeric.value(all_switches):
         return
     try:
@@ -129,11 +129,11 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
         )
 
 
-# What is said ------------------------------------------------------------------------------------------------------------
+# Messages ----------------------------------------------------------------------------------------------------------------
 
 
 def corner_error(sides: Sides) -> CornerError:
-    """Which switches leave the derivative open, and what to do."""
+    """The error that names the switches at which the derivatives differ, with its cure."""
     found = difference(sides)
     what = difference_text(sides, found)
     if found.jumps.any():
@@ -152,7 +152,7 @@ def corner_error(sides: Sides) -> CornerError:
 
 
 def difference_text(sides: Sides, found: Difference) -> str:
-    """The switches that make a difference, with what they turn at and where they stand."""
+    """The switches at which sides differ, with their switching functions and declarations, in words."""
     eom = sides.corner.flow.numeric.equations
     texts = []
     for k in found.switches[:_TOLD]:
@@ -164,7 +164,7 @@ def difference_text(sides: Sides, found: Difference) -> str:
 
 
 def _declaration_of(eom: Equations, outputs: Outputs, nodes: Sequence[Expr]) -> tuple[Expr, str]:
-    """Which of the nodes stands in a declaration, and in which."""
+    """The node among `nodes` that a declaration contains, and the name of that declaration."""
     wanted = set(nodes)
     loads = eom.solved.regular.declared_loads
     declared: list[tuple[str, Iterable[Expr]]] = [
@@ -180,7 +180,7 @@ def _declaration_of(eom: Equations, outputs: Outputs, nodes: Sequence[Expr]) -> 
 
 
 def jumping(sides: Sides, found: Difference) -> str:
-    """What jumps, from where to where."""
+    """The quantities that jump, with their values, in words."""
     flow, every = sides.corner.flow, sides.pieces
     names = [*(f"{s}'" for s in flow.states), *sides.corner.outputs.names]
     texts = []
@@ -191,7 +191,7 @@ def jumping(sides: Sides, found: Difference) -> str:
 
 
 def _offer(sides: Sides, also: str = "") -> str:
-    """Directions that lead into one side: of one state or input if one is enough."""
+    """Advice of directions that lead into a single side, along one state or input if possible."""
     names, tail = sides.names, f", {also}" if also else ""
 
     def leads(d: Array) -> bool:

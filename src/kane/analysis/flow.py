@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The flow on the constraints at a state, and its exact derivative: ẋ = F(x, r) in x = (ξ_I, u_I, a).
+"""The flow on the constraints at a state, and its exact derivatives: ẋ = F(x, r) in x = (ξ_I, u_I, a).
 
     δẋ = A δx + B δr,   y = h(q, u, u̇, λ, R, r):   δy = C δx + D δr
 
-What is compared with zero is measured by the terms that cancel in it: u̇ by |M⁻¹| times the sizes of the terms of M u̇ = f + Aᵀλ + G R,
-sines and cosines taken as 1; speeds by themselves and by what such accelerations make of them in the time in which the state changes;
-q̇ = W u + X and A u + b by their terms at such speeds.
+Zero is judged beside the terms that cancel in a sum: for u̇, |M⁻¹| times the sizes of the terms of M u̇ = f + Aᵀλ + G R, with sines
+and cosines taken as 1; for speeds, |u| and what such accelerations yield in the time in which the state changes; for q̇ = W u + X and
+A u + b, their terms at such speeds.
 
-A steady motion may move coordinates on which nothing depends: those from which no path of dependence leads to the speeds. That is
-read off A at the state, and tried at states displaced along what moves.
+In a steady motion, coordinates on which no speed depends, directly or through other states, may vary. They are those without such a
+path in A, and the flow is compared at states displaced along them.
 """
 
 from collections.abc import Callable
@@ -29,13 +29,13 @@ from kane.numeric.rank import least_squares, mobility, sizes
 from kane.numeric.scale import GIVEN, POOR, ROUNDED, ROUNDED_ROOT, UNRELATED
 
 _REMOTE = 1e-4
-"""Share of all terms together, in the mass metric, that counts in the size of each: solving carries their rounding everywhere."""
+"""Fraction of all terms together, in the mass metric, that counts in each size, as a linear solution mixes rounding errors."""
 
 
 class Magnitudes(NamedTuple):
-    """Sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m).
+    """The sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m), as the sums of their terms.
 
-    Besides, the `pace` (1/s), the `inverse` M⁻¹ (n × n), and each speed `alone` (n) with the energy of all.
+    `pace` (1/s) is the rate of the fastest change, `inverse` M⁻¹ (n × n), `alone` (n) each speed if it had the whole kinetic energy.
     """
 
     accelerations: Array
@@ -48,9 +48,9 @@ class Magnitudes(NamedTuple):
 
 
 def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes:
-    """The sizes at a state with the speeds u, for z = (u̇, λ, R) there.
+    """The sizes at a state with speeds u and the solution z = (u̇, λ, R).
 
-    A SimulationError names a speed that has a negative kinetic energy by itself.
+    Raises SimulationError, which names the speed, if M has a negative diagonal entry.
     """
     n, nq = len(u), len(values.rates)
     m, held = values.matrix[:n, :n], values.constraints(n)
@@ -77,13 +77,13 @@ def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, u: Arra
 
 
 def share(value: Array, size: Array) -> Array:
-    """|value| over its size: what is zero has none, what has no size beside it is all of it; infinite where the size is."""
+    """|value| / size, at most 1: 0 for a value of zero, 1 for a value without a size, and infinite for an infinite size."""
     result = np.abs(value) / np.maximum(np.maximum(size, np.abs(value)), np.finfo(float).tiny)
     return np.where(np.isinf(size), np.inf, result)
 
 
 class Preference(NamedTuple):
-    """Which perturbations and speeds are to be dependent, as far as the constraints determine them."""
+    """Indices of perturbations ξ and speeds u to be dependent, as far as the constraints determine them."""
 
     q: tuple[int, ...] = ()
     u: tuple[int, ...] = ()
@@ -91,10 +91,10 @@ class Preference(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
-    """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, a, r) of δ(ξ_I, u_I, a, r).
+    """The flow F and its derivatives A and B at a state. `rest` is F, `terms` the sizes of its terms.
 
-    `terms` are the sizes of the terms of F. `scale` says how far equal energies move each x, in the time 1/`pace`: D⁻¹ A D with the
-    diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; `run` evaluates it all, and `solve` gives (u̇, λ, R).
+    `mass` is the mass matrix of the independent speeds; `moves` and `answers` are the derivatives of (q, u, a, r) and (u̇, λ, R) in
+    (ξ_I, u_I, a, r). D of `scale` is the change of x at equal energy in the time 1/`pace`; D⁻¹ A D does not depend on units.
     """
 
     numeric: Numeric[Equations]
@@ -118,14 +118,14 @@ class Flow:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The names of x."""
+        """Names of the states x = (ξ_I, u_I, a)."""
         names, speeds = self.numeric.value(perturbations).names, self.numeric.equations.speeds
         own = (*(names[i] for i in self.tangents.free_q), *(speeds[i].name for i in self.tangents.free_u))
         return (*own, *(a.name for a in self.numeric.equations.states))
 
     @property
     def counts(self) -> tuple[int, int]:
-        """How many of x are coordinates, and how many of them and of speeds."""
+        """Number of coordinates in x, and of coordinates and speeds."""
         count = len(self.tangents.free_q)
         return count, count + len(self.tangents.free_u)
 
@@ -138,9 +138,9 @@ def flow_at(
     run: RoutineSource | None = None,
     known: Flow | None = None,
 ) -> Flow:
-    """F and its derivatives at a state on the constraints, by compiled code unless something else is to `run`.
+    """The flow and its derivatives at a state on the constraints, evaluated by `run`, by default compiled code.
 
-    A flow that is `known` there, with another choice, has what does not depend on it.
+    `known` is a flow at the same state with another choice of dependent speeds; what does not depend on the choice is taken from it.
     """
     run = run or coded(numeric)
     eom, perturbed = numeric.equations, numeric.value(perturbations)
@@ -167,7 +167,7 @@ def flow_at(
     moves = np.vstack([t @ tangent.moves[:width], tangent.moves[width:]])
     answers = -solve(slopes.residual @ moves)
     own = rate_slopes @ moves - turning_rates(rates, len(plain)) @ tangent.moves[:width]
-    # to the constraints a are given, as inputs are: they come before these
+    # further states a are prescribed for the constraints, as inputs are, so that their columns precede those of inputs
     free_q, free_u = list(tangent.free_q), list(tangent.free_u)
     rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
     rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
@@ -185,9 +185,9 @@ def flow_at(
 
 
 def _with_states(scale: Array, a: Array, pace: float) -> Array:
-    """The scale of q and u, and of the further states behind them: what changes another by its scale in the time 1/pace.
+    """The scales of q and u, extended to further states: a change of one by its scale changes another variable by its own in 1/pace.
 
-    Those by which nothing else changes have the scale to which they change themselves.
+    A further state that affects no other has the scale of its own change in that time.
     """
     if len(scale) == len(a):
         return scale
@@ -202,7 +202,7 @@ def _with_states(scale: Array, a: Array, pace: float) -> Array:
 
 
 def _dependent_speeds_of(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
-    """The dependent speeds of the equations, where they are well determined."""
+    """The dependent speeds of the equations, if A determines them well, else none."""
     if eom.embedding is None:
         return ()
     partition = eom.embedding.partition
@@ -210,7 +210,7 @@ def _dependent_speeds_of(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
 
 
 def output_slopes(flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
-    """(h, δh of δ(ξ_I, u_I, a, r)) at the state."""
+    """Outputs h at the state, and their derivatives in (ξ_I, u_I, a, r)."""
     if not outputs.roots:
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
     found = flow.run(answers, *outputs.roots)(*flow.state.arguments, flow.z)
@@ -218,14 +218,13 @@ def output_slopes(flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
 
 
 _SHIFTS = (0.71, -1.13)
-"""For how long what moves is followed, in the time in which the state changes: any one place would show a dependence."""
+"""Times (1/pace) by which cyclic states are displaced to test that the flow does not depend on them."""
 
 
 def dependence(a: Array, count: int, last: int | None = None) -> Mask:
-    """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates, from `last` on others.
+    """Which states affect the speeds, directly or through others; the first `count` are coordinates, those from `last` further states.
 
-    What rounding left of zero is dropped before units are balanced: with a chain that leads back, balancing would make it as large as
-    the others.
+    Entries of A within rounding of zero are dropped first: balancing would enlarge them if they closed a cycle of dependence.
     """
     from scipy.linalg import matrix_balance
 
@@ -242,9 +241,9 @@ def dependence(a: Array, count: int, last: int | None = None) -> Mask:
 
 
 class Steadiness(NamedTuple):
-    """Which of the states matter to the speeds, and what is not steady.
+    """Which states affect the speeds, and which of them are not steady.
 
-    `left` are those that matter and change, by index; `varies` those that move and change the equations, −1 for the time.
+    `left` are the indices of affecting states that change, `varies` of other states whose change alters the equations; −1 is time.
     """
 
     matters: Mask
@@ -258,7 +257,7 @@ class Steadiness(NamedTuple):
 
 
 def steadiness(flow: Flow, tolerance: float) -> Steadiness:
-    """Whether nothing that matters changes."""
+    """Whether all states that affect the speeds are constant, and the equations do not change as the others and the time vary."""
     matters = dependence(scaled(flow.a, flow), *flow.counts)
     constant = share(flow.rest, flow.terms) <= tolerance
     left = tuple(np.flatnonzero(matters & ~constant).tolist())
@@ -270,7 +269,7 @@ def steadiness(flow: Flow, tolerance: float) -> Steadiness:
 
 
 def changing(flow: Flow, tolerance: float) -> tuple[int, ...]:
-    """The speeds that change, u̇ ≠ 0, or turn back at this instant, u̇ = 0 ≠ ü, of all whether dependent or not."""
+    """Indices of all speeds, dependent ones included, with u̇ ≠ 0, or with u̇ = 0 and ü ≠ 0."""
     n, count = len(flow.numeric.equations.speeds), len(flow.rest)
     slopes, size = flow.answers[:n, :count], flow.magnitudes
     turns = slopes @ flow.rest
@@ -281,12 +280,12 @@ def changing(flow: Flow, tolerance: float) -> tuple[int, ...]:
 
 
 def scaled(a: Array, flow: Flow) -> Array:
-    """D⁻¹ A D with the scale D of the states, the same in any units."""
+    """D⁻¹ A D with the scale D of the states; it does not depend on units."""
     return np.asarray(a * flow.scale / flow.scale[:, None])
 
 
 def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float, tolerance: float) -> bool:
-    """Whether the flow of what matters is the same a while later, as far as what moves goes."""
+    """Whether ẋ and A of the affecting states are unchanged after the time `shift`, in which the other states move at their rates."""
     numeric, state, tangent = flow.numeric, flow.state, flow.tangents
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
@@ -320,6 +319,6 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
 
 
 def _turned(e: Array, angles: Array) -> Array:
-    """e (4) after a turn about the frame's own axes: e cos φ/2 + E(e) n sin φ/2, the angles being φ n."""
+    """Euler parameters e (4) after a rotation φ n about axes of the body frame: e cos φ/2 + E(e) n sin φ/2, with `angles` φ n."""
     half = np.linalg.norm(angles) / 2
     return np.asarray(e * np.cos(half) + turning(e) @ angles * np.sinc(half / np.pi))

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`regressor`: inverse dynamics as a linear function of the inertial parameters, and which of these a motion can tell.
+"""`regressor`: inverse dynamics as a linear function of the inertial parameters, and which of these a motion determines.
 
 With the mass m of each body, first moments h = m c about the point C that the model declares as its mass centre, and the inertia
 dyadic I about C, Kane's equations of the independent speeds are
 
     Σ ṽ_r·f + ω̃_r·τ = F̃_r,   f = m (a − g) + α × h + ω × (ω × h),   τ = I·α + ω × I·ω + h × (a − g)
 
-linear in π = (m, h, I) of all bodies: Y(q, u, u̇) π = F̃, the generalized forces of all loads but gravity (Atkeson, An, Hollerbach
-1986; partial velocities in the place of Jacobians). ṽ, ω̃ are nonholonomic partial velocities: forces of constraints do not appear,
-and closed loops are as good as trees. Base parameters are the combinations that Y can tell (Gautier & Khalil 1990), here by rank.
+linear in π = (m, h, I) of all bodies: Y(q, u, u̇) π = F̃, the generalized forces of all loads except gravity (Atkeson, An, Hollerbach
+1986; with partial velocities for Jacobians). ṽ, ω̃ are nonholonomic partial velocities, so that constraint forces do not appear and
+closed loops are admitted. Base parameters are the combinations that Y determines (Gautier & Khalil 1990), here by numerical rank.
 
-Parameters that bodies can have, nearest to measured forces, are a convex problem: of Y π = F the sum of squares
-½ |Y π − F|²/σ² + μ Σ D(J, J₀) is least, with the pseudo-inertia J(π) of each body and its distance D to that of the model, infinite
-outside of J ≻ 0 and small beside the noise of F within. It says, too, what the forces do not tell.
+Physically consistent parameters that fit measured forces F minimize the convex function ½ |Y π − F|²/σ² + μ Σ D(J, J₀). The divergence
+D of the pseudo-inertia J(π) of each body from that of the model is infinite unless J ≻ 0; otherwise its term is small beside the noise
+of F, and determines combinations that the forces do not.
 """
 
 from collections import Counter
@@ -46,11 +46,11 @@ from kane.space.vector import Vector
 
 _MOMENTS = ((0, 0, "xx"), (1, 1, "yy"), (2, 2, "zz"), (0, 1, "xy"), (1, 2, "yz"), (2, 0, "zx"))
 _TELLS = 1e-9
-"""A share of the largest singular value of the regressor over many states, its columns of length 1, below which nothing is told."""
+"""Rank tolerance: fraction of the largest singular value of the regressor over many states, with columns scaled to length 1."""
 _KINDS = {"m": 2, "m c": 1, "I_x": 0, "I_y": 0, "I_z": 0}
-"""Masses count towards first moments, and these towards moments of inertia, as is usual (Gautier & Khalil 1990)."""
+"""Order in which base parameters are represented: by moments of inertia, first moments, masses (Gautier & Khalil 1990)."""
 _STATES = 12
-"""Random states a parameter."""
+"""Random states for each parameter."""
 _TRIES = 5
 
 
@@ -200,7 +200,7 @@ class Regressor(Attributes):
         return BaseParameters(self.names, tuple(names[seen[chosen]].tolist()), k, without)
 
     def _random(self, parameters: Mapping[Any, float] | None, near: Any, rng: np.random.Generator) -> Array:
-        """Y at random states on the constraints; of accelerations it holds those of independent speeds alone."""
+        """Y at random states on the constraints; only the accelerations of independent speeds matter."""
         eom, found = self.eom, list[tuple[Mapping[Any, float], Mapping[Any, float], Array]]()
         count = max(6, -(-_STATES * len(self.names) // max(1, len(self.matrix))))
         middle = dict.fromkeys(eom.coordinates, 0.0) | named_values("coordinates", eom.coordinates, near)
@@ -290,14 +290,14 @@ def regressor(eom: Equations) -> Regressor:
             "Expected loads without reactions for a regressor, got some that depend on them, as friction does: F̃ would depend on π. "
             "Leave them out of the model that is identified."
         )
-    loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # they do no work
+    loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # reactions are noncontributing
     return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads))
 
 
 def _columns(
     whole: Motions, body: RigidBody | Particle, free_fall: Vector
 ) -> Iterator[tuple[str, Expr, Vector, Vector | None]]:
-    """For each parameter of a body its name, value, and the inertia force and torque about C that a unit of it makes, less gravity."""
+    """For each parameter of a body its name, value, and the inertia force and torque about C per unit, with gravity subtracted."""
     center = body.parts()[0].mass_center
     falls = whole.acceleration(center) - free_fall
     yield "m", body.mass, falls, None
@@ -326,32 +326,32 @@ def _generalized(whole: Motions, forces: Sequence[Any], torques: Sequence[Any]) 
 
 _ROUNDS, _SHORT, _FEWER = 200, 1e-12, 10.0
 _ARRIVED, _ROUNDED = 1e-8, 1e-2
-"""What a step is to promise at last, of the weight of the distance; and what rounding of large sums of squares may leave."""
+"""Tolerances of the predicted decrease of a Newton step, relative to the weight: at convergence, and if rounding prevents it."""
 _LEAST = 1e-7
-"""The deviation of forces without noise, of their size."""
+"""Least standard deviation of forces, relative to their root mean square, if they fit without residual."""
 _PARTICLE = np.ones((1, 1, 1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Body:
-    """Where its parameters stand, J of a unit of each, and J₀."""
+    """The indices `at` of a body's parameters in π, the pseudo-inertia J of a unit of each, and J₀."""
 
     at: slice
     units: Array
     first: Array
 
     def lower(self, pi: Array) -> Array | None:
-        """L of J = L Lᵀ; None outside."""
+        """The Cholesky factor L of J = L Lᵀ, or None unless J ≻ 0."""
         return root_of(np.tensordot(pi[self.at], self.units, 1))
 
 
 def possible(y: Array, forces: Array, sizes: Sequence[int], model: Array) -> Array:
-    """π (k) of bodies with so many parameters each: 10 or, of a particle, 1; `model` has π₀, made positive where it is not.
+    """π (k) of bodies whose numbers of parameters are `sizes`: 10, or 1 for a particle; `model` contains π₀.
 
     Raises
     ------
     SimulationError
-        if a mass of the model is not above zero, or no minimum is found
+        if a mass of the model is not positive, or no minimum is found
     """
     bodies, pi, start = list[_Body](), model.astype(float), 0
     for size in sizes:
@@ -369,7 +369,7 @@ def possible(y: Array, forces: Array, sizes: Sequence[int], model: Array) -> Arr
 
 
 def _least(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array) -> Array:
-    """By ever smaller weights: from far away the last one alone would take a step for each of the many times it is less than ½ r²."""
+    """Minimize with decreasing weights: with the last one alone, Newton's method would need many steps from a distant start."""
     weight = max(1.0, 0.5 * float(np.sum((y @ pi - forces) ** 2)))
     while weight > WEIGHT:
         pi = _newton(y, forces, bodies, pi, weight, 0.1)
@@ -378,7 +378,7 @@ def _least(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array) -> Array
 
 
 def _newton(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array, weight: float, near: float) -> Array:
-    """The least with a weight, as near as what a step promises is of it."""
+    """Minimize for one weight by Newton's method, until the predicted decrease is less than `near` times the weight."""
     root, fall = weight**0.5, float("inf")
     now, lowers = _value(y, forces, bodies, pi, weight)
     for _ in range(_ROUNDS):

@@ -48,7 +48,7 @@ class Mode(Attributes):
     @property
     def damping(self) -> float:
         """Damping ratio −Re λ/|λ|: 1 decays without oscillation, 0 is undamped, negative values grow; 0 for λ = 0."""
-        return 0.0 - self.eigenvalue.real / self.frequency if self.frequency else 0.0  # which is no −0
+        return 0.0 - self.eigenvalue.real / self.frequency if self.frequency else 0.0  # avoids −0
 
     def __repr__(self) -> str:
         return f"Mode(λ = {self.eigenvalue:.6g}, frequency {self.frequency:.4g} rad/s, damping {self.damping:.3g})"
@@ -203,7 +203,7 @@ class Linear(Attributes):
         return SecondOrder(names, self.inputs, m, -m @ damping, -m @ stiffness, m @ h @ self.B[u])
 
     def _check_closed(self, q: Sequence[int], h: Array, hidden: Array) -> None:
-        """q̇ and q̈ must hold no other coordinates, and nothing of the speeds beyond q̇."""
+        """Raise SimulationError if q̇ or q̈ depend on other coordinates, or q̈ on speeds in a way that does not follow from q̇."""
         count = len(self.coordinates)
         rest = [j for j in range(count) if j not in q]
         rates, changes = self.A[q], h @ self.A[count:]
@@ -248,14 +248,14 @@ class Linear(Attributes):
 
 
 def _links(a: Array, terms: Array | None = None) -> Mask:
-    """Which entries count beside the largest of their row, or of its `terms`, and are no rounding beside the largest of all."""
+    """Which entries are significant beside the largest of their row, or of `terms`, and above rounding beside the largest of all."""
     size = np.abs(a if terms is None else terms)
     least = np.maximum(_LINK * size.max(axis=1, keepdims=True, initial=0), ROUNDED * size.max(initial=0))
     return np.asarray(np.abs(a) > least)
 
 
 _ROUNDING = 16 * EPS
-"""Share of the largest λ, a coordinate, that rounding leaves of a λ that vanishes."""
+"""Rounding residue of a zero λ, as a fraction of the largest λ, for each coordinate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -298,7 +298,7 @@ class NormalModes(Attributes):
         """Perturbations at the times t (s), as (n_t × n), that start at t = 0 with `x` and `rates`, in closed form."""
         start, drift = self.normal_coordinates(x), self.normal_coordinates(rates)
         times = expect.floats(t, "times in numbers", error=ArgumentError)[..., None]
-        angle = np.sqrt(self.squares.astype(complex)) * times  # of growth an imaginary one
+        angle = np.sqrt(self.squares.astype(complex)) * times  # imaginary for growing modes
         even, reach = np.cos(angle).real, times * np.sinc(angle / np.pi).real
         return np.asarray((start * even + drift * reach) @ self.shapes.T)
 
@@ -339,7 +339,7 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     symmetric = np.abs((k - k.T) / unit).max(initial=0.0) <= GIVEN * stiff
     came = "one of forces without a potential energy"
     expect.that(symmetric, "a symmetric K for normal modes", came=came, cure=f"{cure}.", error=SimulationError)
-    from scipy.linalg import eigh  # takes its time to import
+    from scipy.linalg import eigh  # slow to import
 
     squares, shapes = eigh((k + k.T) / 2, m)
     squares[np.abs(squares) <= _ROUNDING * len(m) * np.abs(squares).max(initial=0.0)] = 0.0

@@ -65,7 +65,7 @@ class Linearizer(Attributes):
         side: Side | None = None,
         **values: Unpack[StateValues],
     ) -> Linear | Any:
-        """See `linearize`."""
+        """Linearize at a state or at many; see `linearize`."""
         expect.floats(tolerance, "a tolerance, a number", error=ArgumentError)
         gone, chosen = names_in("leave_out= as a list", leave_out), names_in("independent= as a list", independent)
         many = poses(self.eom, state, values)
@@ -87,7 +87,7 @@ class Linearizer(Attributes):
             return linear.without(*gone) if gone else linear
 
     def _of_many(self, many: Poses, independent: Sequence[str], gone: Sequence[str], options: Mapping[str, Any]) -> Any:
-        """Those at many states as a Dataset; what is left out of these is solved for as in `assemble`."""
+        """Linearizations at many states as a Dataset; values left out are solved for as in `assemble`."""
         eom = self.eom
         given = {**many.given("q"), **many.given("u")}
         if not many.failed and any(
@@ -109,7 +109,7 @@ class Linearizer(Attributes):
 
     @staticmethod
     def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:
-        """Which speeds would be constant as independent ones where others were asked for; "" where none would."""
+        """The speeds that would be constant if they were chosen as independent, in place of a requested choice; "" if none are."""
         if not fixed:
             return ""
         other, verdict = _flow(flow.numeric, flow.state, Preference(), False, tolerance)
@@ -120,7 +120,7 @@ class Linearizer(Attributes):
         states, count = flow.states, len(flow.states)
         inputs, point = tuple(r.name for r in eom.inputs), state_from(eom, flow.state)
         cyclic = tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m)
-        a, b = flow.a + 0.0, flow.b + 0.0  # zeros without a sign
+        a, b = flow.a + 0.0, flow.b + 0.0  # replaces −0 by 0
         return Linear(
             states, inputs, self.outputs.names, states[: flow.counts[0]], a, b, slopes[:, :count], slopes[:, count:],
             point, flow.rest, piece.outputs, flow.mass, cyclic, states[flow.counts[1] :],
@@ -201,9 +201,9 @@ def linearize(
 def _flow(
     numeric: Numeric[Equations], state: StateArrays, choice: Preference, fixed: bool, tolerance: float
 ) -> tuple[Flow, Steadiness]:
-    """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice.
+    """The flow and its steadiness; if this fails because of speeds that are cyclic once they are dependent, with that choice instead.
 
-    Which speeds change does not depend on what is called dependent, so neither does the verdict.
+    The set of changing speeds does not depend on the choice of dependent ones, and so neither does the verdict.
     """
     eom, flow = numeric.equations, flow_at(numeric, state, choice)
     verdict = steadiness(flow, tolerance)
@@ -215,7 +215,7 @@ def _flow(
 
 
 def choice_of(numeric: Numeric[Equations], independent: Any) -> Preference:
-    """What is to be dependent when `independent` is to be independent, and by the system's own wish."""
+    """The coordinates and speeds to be dependent if those in `independent` are not; by default as declared in the system."""
     eom, known = numeric.equations, numeric.value(perturbations).names
     names = names_in("independent= as a list", independent)
     speeds = [u.name for u in eom.speeds]
@@ -340,7 +340,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
 
 
 def _sampled(eom: Equations, at: Mapping[Expr, Expr], symbols: Iterable[Expr]) -> Mapping[Any, float]:
-    """A value for every symbol, Euler parameters that the point leaves out such that all four are of unit length."""
+    """Sample values of all symbols; Euler parameters that the point leaves open are scaled to unit length."""
     values = values_of((*symbols, *eom.coordinates, *eom.parameters), SEED)
     for s in eom.system.euler_parameters:
         left = [e for e in s.coordinates if e not in at]
@@ -353,7 +353,7 @@ def _sampled(eom: Equations, at: Mapping[Expr, Expr], symbols: Iterable[Expr]) -
 def _of_either_side(
     roots: Sequence[Expr], at: Mapping[Expr, Expr], seeds: Sequence[Mapping[Expr, Expr]]
 ) -> tuple[Entries, Entries]:
-    """The roots, and their derivatives along each of the seeds (roots × seeds), at the point: the same on all sides of switches."""
+    """Roots and their derivatives along seeds (roots × seeds) at the point; raises CornerError if sides of a switch differ."""
 
     def made(own: Sequence[Expr], there: Mapping[Expr, Expr]) -> list[Expr]:
         columns = [own]
@@ -374,7 +374,7 @@ def _of_either_side(
 
 
 def _in_symbols(sample: Callable[[Entries], Array], preferred: Sequence[int]) -> FreePart:
-    """Solving in expressions, for what is well determined at a sample."""
+    """Symbolic solution for dependent variables chosen by their numerical rank at a sample."""
 
     def solve(square: Entries, right: Entries) -> Entries:
         solutions = solve_lu(Matrix(square).rows, Matrix(right.T).rows)

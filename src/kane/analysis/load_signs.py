@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loads that push away or feed the motion at a state: what energy says of signs that no unit and no name gives away.
+"""Loads that push away from a position or feed energy into the motion at a state: doubtful signs, judged by power.
 
-With velocities v of the places of a load's forces F (and ω of its torques), odd parts in the speeds u written F⁻ = (F(u) − F(−u))/2:
+With v the velocities of the points of a load's forces F (and ω of its torques), and odd parts in the speeds F⁻ = (F(u) − F(−u))/2:
 
     a damper takes energy,    Σ F⁻·v⁻ ≤ 0,
     a spring pushes back,     Σ (δF·n)(δr·n) ≤ 0,    n = F/|F| at u = 0,
 
-for small motions δr of the places that the constraints permit. What F gains by turning with a frame is across n and does not
-count, so that a spring that is pressed is none that pushes away. Friction that holds a reaction is not judged, nor is the push of a
-load that depends on speeds where prescribed motion carries it.
+for small displacements δr that the constraints permit. The change of F by rotation with a frame is normal to n and does not count, so
+that a compressed spring is not doubtful. Friction that depends on a reaction is not judged, nor the change with position of a load
+that depends on speeds and acts on prescribed motion.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -36,7 +36,7 @@ Numbers = Mapping[Expr, Any]
 
 
 class Doubt(NamedTuple):
-    """A load, and whether it "feeds" or "pushes"; `most` is the largest power (W) found, or change of force by place (N/m, N·m)."""
+    """A load that "feeds" energy, with the largest power (W), or "pushes", with the largest stiffness (N/m, N·m), in `most`."""
 
     load: Load
     does: str
@@ -44,7 +44,7 @@ class Doubt(NamedTuple):
 
 
 def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
-    """Loads whose sign energy doubts at a state; `numbers` are the time, parameters, inputs, coordinates and speeds there."""
+    """Loads with a doubtful sign at a state; `numbers` are the time, parameters, inputs, coordinates and speeds."""
     trials = _Trials(eom, numbers, _directions(eom, numbers))
     given = {s: as_expr(float(x)) for s, x in numbers.items() if not isinstance(s, Coordinate | Speed | Parameter)}
     still: dict[Expr, Expr] = {**dict.fromkeys(eom.speeds, ZERO), **given}
@@ -53,7 +53,7 @@ def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
         if load.slip is not None or any(isinstance(s, Reaction | StateVariable) for s in symbols):
             continue
         moves = any(isinstance(s, Speed) for s in symbols)
-        carried = moves and not all(term.motion.rest.is_zero for term in terms)  # a damper works at u = 0, too
+        carried = moves and not all(term.motion.rest.is_zero for term in terms)  # a damper acts even at u = 0
         if moves and (most := _power(trials, terms)) is not None:
             yield Doubt(load, "feeds", most)
         if not carried and (most := _stiffness(trials, terms, still)) is not None:
@@ -74,24 +74,24 @@ def _directions(eom: Equations, numbers: Numbers) -> Array:
 
 
 class _Trials(NamedTuple):
-    """A state with other speeds u (directions × speeds)."""
+    """A state with several speeds u (directions × speeds) in place of its own."""
 
     eom: Equations
     numbers: Numbers
     u: Array
 
     def at(self, exprs: Iterable[Expr], sign: int = 1) -> Array:
-        """Values (expressions × directions)."""
+        """Values of expressions (expressions × directions)."""
         values: dict[Expr, Any] = {**self.numbers, **dict(zip(self.eom.speeds, sign * self.u.T, strict=True))}
         with np.errstate(all="ignore"):
             return np.array([np.broadcast_to(x, (len(self.u),)) for x in evaluate(list(exprs), values)], dtype=float)
 
     def odd(self, exprs: Sequence[Expr]) -> Array:
-        """Their odd parts in the speeds."""
+        """Odd parts of expressions in the speeds (expressions × directions)."""
         return np.asarray((self.at(exprs) - self.at(exprs, -1)) / 2)
 
     def velocity(self, term: LoadTerm) -> Array:
-        """What the speeds give of the velocity of a term's place (3 × directions)."""
+        """The velocity of a term's point or frame due to the speeds (3 × directions)."""
         total = np.zeros((3, len(self.u)))
         for k, s in enumerate(self.eom.speeds):
             if s in term.motion.partials:
@@ -101,19 +101,19 @@ class _Trials(NamedTuple):
 
 
 def _power(trials: _Trials, terms: Sequence[LoadTerm]) -> float | None:
-    """The largest power of what is odd in the speeds, where it is positive for all of them."""
+    """The largest power of the odd part of a load, if positive in all directions, else None."""
     inertial = trials.eom.system.inertial
     powers = [trials.odd(term.vector.components(inertial)) * trials.velocity(term) for term in terms]
     return _largest(np.sum(powers, axis=(0, 1)), np.abs(powers).sum(axis=(0, 1)))
 
 
 def _stiffness(trials: _Trials, terms: Sequence[LoadTerm], still: Mapping[Expr, Expr]) -> float | None:
-    """The largest growth of the force along itself over the motion of its place, where it is positive in all directions."""
+    """The largest growth of a force along itself per displacement of its point, if positive in all directions, else None."""
     total, size, moved = (np.zeros(len(trials.u)) for _ in range(3))
     for term in terms:
         try:
             held = [substituted(x, still) for x in term.vector.components(trials.eom.system.inertial)]
-        except ExpressionError:  # it is not defined at rest
+        except ExpressionError:  # the load is not defined at rest
             return None
         change = trials.odd([time_derivative(trials.eom.derived, x) for x in held])
         v, force = trials.velocity(term), trials.at(held)[:, 0]
@@ -127,6 +127,6 @@ def _stiffness(trials: _Trials, terms: Sequence[LoadTerm], still: Mapping[Expr, 
 
 
 def _largest(total: Array, size: Array) -> float | None:
-    """The largest of numbers that are all positive, beyond rounding."""
+    """The largest of totals, if all are positive beyond rounding, else None."""
     positive = np.isfinite(total) & (total > UNRELATED * size) & (size > 0)
     return float(total.max()) if positive.all() else None

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u, a and inputs.
+"""The unsolved equations at a state in numbers: solution of K z = k, and exact derivatives of all quantities in q, u, a and inputs.
 
-Besides: named outputs h(q, u, u̇, λ, R, r), and the quantities at which equations and outputs switch.
+Further, named outputs h(q, u, u̇, λ, R, r), and the switching functions of equations and outputs.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -45,20 +45,20 @@ R_co = TypeVar("R_co")
 
 
 class RoutineSource(Protocol):
-    """What evaluates the equations: run(make, *arguments) is the routine of the bundle make(equations, *arguments)."""
+    """An evaluator of the equations: run(make, *arguments) is the routine of the bundle make(equations, *arguments)."""
 
     def __call__(self, make: Callable[..., Bundle[R_co]], *arguments: Any) -> Callable[..., R_co]:
-        """The routine, a function of numbers for its ports."""
+        """The routine, a function of numbers for the bundle's ports."""
 
 
 def coded(numeric: Numeric[Equations]) -> RoutineSource:
-    """By compiled code."""
+    """The evaluator by compiled code."""
     numeric.compile(values, slopes)
     return numeric.routine
 
 
 class Values(NamedTuple):
-    """K, k, f, A u + b, q̇, spins and ȧ at a state (or at many: leading axes), and the sizes of the terms of k, f and ȧ."""
+    """K, k, f, A u + b, q̇, spins and ȧ at a state, or at many (leading axes), and the sizes of the terms of k, f and ȧ."""
 
     matrix: Array
     right: Array
@@ -72,13 +72,13 @@ class Values(NamedTuple):
     state_terms: Array
 
     def constraints(self, n: int) -> Array:
-        """A."""
+        """The constraint matrix A (m × n), a block of K."""
         m = self.motion.shape[-1]
         return self.matrix[..., n : n + m, :n]
 
 
 def values(eom: Equations) -> Bundle[Values]:
-    """K, k, and what the state must satisfy."""
+    """The bundle of K, k, the constraints and the rates."""
     u, memo = unsolved(eom.derived), Sizes()
     terms = [size(k, memo) for k in u.right]
     groups = {"matrix": Matrix(u.matrix), "right": u.right, "terms": terms}
@@ -90,7 +90,7 @@ def values(eom: Equations) -> Bundle[Values]:
 
 
 class Slopes(NamedTuple):
-    """Derivatives in some variables, a column each: of f, A u + b, q̇, spins, ȧ, and of K z − k at fixed z."""
+    """Derivatives of f, A u + b, q̇, spins, ȧ, and of K z − k at fixed z, with one column for each variable."""
 
     configuration: Array
     motion: Array
@@ -101,7 +101,7 @@ class Slopes(NamedTuple):
 
 
 def slopes(eom: Equations, *by: Symbol) -> Bundle[Slopes]:
-    """Derivatives in the symbols `by`, without any in q, u, a and the inputs; z is an argument."""
+    """Derivatives in the symbols `by`, by default in q, u, a and the inputs, with z as an argument."""
     u = unsolved(eom.derived)
     symbols = by or (*eom.state, *eom.inputs)
     groups = {"configuration": u.configuration, "motion": u.motion, "rates": u.rates, "spins": u.spins}
@@ -113,7 +113,7 @@ def slopes(eom: Equations, *by: Symbol) -> Bundle[Slopes]:
 
 
 def _residual_slopes(eom: Equations, u: Unsolved, symbols: Sequence[Symbol]) -> Matrix:
-    """∂(K z − k)/∂symbols; of the speeds of trees as inverse dynamics has them."""
+    """∂(K z − k)/∂symbols, for trees in the speeds from the tangent of inverse dynamics."""
     n = len(eom.speeds)
     if eom.route not in WAYS:
         return partials(u.residual, symbols)
@@ -127,22 +127,22 @@ def _residual_slopes(eom: Equations, u: Unsolved, symbols: Sequence[Symbol]) -> 
 
 
 def values_at(run: RoutineSource, state: StateArrays) -> Values:
-    """K and k, and what the state must satisfy."""
+    """K, k, constraints and rates at a state."""
     return run(values)(*state.arguments)
 
 
 def slopes_at(run: RoutineSource, state: StateArrays, z: Array, *by: Symbol) -> Slopes:
-    """Derivatives in the symbols `by`, without any in q, u, a and the inputs."""
+    """Derivatives at a state and z in the symbols `by`, by default in q, u, a and the inputs."""
     return run(slopes, *by)(*state.arguments, z)
 
 
 def unknowns(eom: Equations) -> Port:
-    """z = (u̇, λ, R)."""
+    """The port of z = (u̇, λ, R)."""
     return Port("z", unsolved(eom.derived).unknowns, noun="unknowns")
 
 
 def at_false_pole(eom: Equations) -> str:
-    """What there is to say where the equations by the declared speeds are singular though the motion is not; "" where it is too."""
+    """A sentence for messages if the declared speeds may be singular where the motion is not (a false pole), else ""."""
     if eom.solved.twin is None:
         return ""
     pivots = [p for p in dict.fromkeys(eom.derived.kinematical.pivots) if not is_constant_in_time([p])]
@@ -156,9 +156,9 @@ def at_false_pole(eom: Equations) -> str:
 
 
 def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
-    """Constraints that are independent of each other at the numbers `a`; the others follow from them.
+    """Indices of independent constraints, given A in numbers; the others are redundant.
 
-    A SingularError says that they hold fewer speeds here than elsewhere.
+    Raises SingularError if A has a lower rank here than elsewhere.
     """
     if eom.embedding is None:
         return ()
@@ -178,7 +178,7 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
 
 
 def independent_rows_of(eom: Equations, a: Entries, settings: Settings) -> list[tuple[int, ...]]:
-    """`independent_rows` at each of several A (k × m × n)."""
+    """`independent_rows` for each of several A (k × m × n)."""
     if eom.embedding is None or not len(a.rows):
         return [()] * len(a.rows)
     rows = eom.embedding.partition.rows
@@ -187,9 +187,9 @@ def independent_rows_of(eom: Equations, a: Entries, settings: Settings) -> list[
 
 
 def _units(values: Values, n: int) -> Array:
-    """How large the entries of K (rows × columns) are by their units alone, those of each kind of unknown together.
+    """The sizes of entries of K (rows × columns) from units alone, common to each kind of unknown.
 
-    What rounding left of zero is told by the largest entries beside it, and m r² of a satellite is 10¹⁵ times its m.
+    Rounding residues are recognized beside the largest entries; m r² of a satellite is 10¹⁵ times its m.
     """
     own = 1 / np.maximum(np.linalg.norm(mobility(values.matrix[:n, :n], values.constraints(n)), axis=1), _TINY)
     sizes = np.abs(values.matrix)
@@ -199,16 +199,16 @@ def _units(values: Values, n: int) -> Array:
         return np.full(len(part), part.max(initial=0) or 1.0)
 
     columns = np.concatenate([own, *(kind((sizes[:n, k] / own[:, None]).T) for k in (slice(n, m), slice(m, None)))])
-    # where no load holds reactions they follow from u̇, whatever rounding leaves of M_a
+    # without reactions in loads, reactions follow from u̇, and M_a does not matter for regularity
     auxiliary = sizes[m:, :n] / own if sizes[:n, m:].any() else sizes[m:, m:]
     rows = np.concatenate([own, kind(sizes[n:m, :n] / own), kind(auxiliary)])
     return np.outer(rows, columns)
 
 
 def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
-    """z of K z = right, multipliers of the constraints that follow from the others zero; K must be regular at this state.
+    """A function that solves K z = right for regular K, with multipliers of redundant constraints zero.
 
-    Of a `state` that is given it is said which load has no value there.
+    If a `state` is given, the error for values that are not finite names the load that has none there.
     """
     n = len(eom.speeds)
     keep = _rows_with(eom, independent_rows(eom, values.constraints(n)))
@@ -227,7 +227,7 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
         balanced(matrix / _units(values, n)[keep][:, keep]),
         NEAR_SINGULAR if eom.solved.twin else SOLVE_RANK,
     )
-    # a bound by the inverse takes a tenth of the time
+    # the bound by the inverse takes a tenth of the time of singular values
     if matrix.size and not (surely_regular(scaled[None], least)[0] or singular(scaled).regular(least)):
         raise SingularError(
             at_false_pole(eom)
@@ -238,24 +238,24 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
 
 
 def _rows_with(eom: Equations, constraints: Iterable[int]) -> list[int]:
-    """Rows of K, of constraints some alone."""
+    """Indices of the rows of K, with those of the given constraints only."""
     n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
     return [*range(n), *(n + i for i in constraints), *range(n + m, n + m + s)]
 
 
 def regular_rows(eom: Equations) -> tuple[int, ...]:
-    """Rows of K without those of constraints that follow from others."""
+    """Indices of the rows of K without those of redundant constraints."""
     return tuple(_rows_with(eom, sorted(eom.embedding.partition.rows) if eom.embedding is not None else ()))
 
 
 def quick_solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
-    """The same as `solver` where K is known to be regular with the rows of the embedding; a SingularError where it is singular."""
+    """As `solver`, without tests of rank, for the rows of the embedding; raises SingularError if K is exactly singular."""
     keep = list(regular_rows(eom))
     return _solving(values.matrix[keep][:, keep], keep)
 
 
 def _solving(matrix: Array, keep: Sequence[int]) -> Callable[[Array], Array]:
-    """z of K z = right by its rows and columns that are kept, the other z zero."""
+    """A function that solves K z = right in the rows and columns `keep`, with the other z zero."""
 
     def solve(right: Array) -> Array:
         z = np.zeros(right.shape)
@@ -269,14 +269,14 @@ def _solving(matrix: Array, keep: Sequence[int]) -> Callable[[Array], Array]:
 
 
 class Outputs(NamedTuple):
-    """Named expressions of q, u, u̇, λ, R, inputs and t."""
+    """Named expressions h(q, u, u̇, λ, R, r, t)."""
 
     names: tuple[str, ...]
     roots: tuple[Expr, ...]
 
 
 def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None) -> Outputs:
-    """The outputs with every rate written in speeds; a sequence is named by its expressions."""
+    """Outputs with rates written in speeds; those of a sequence are named by their text."""
     if outputs is None:
         return Outputs((), ())
     listed = isinstance(outputs, Sequence) and not isinstance(outputs, str | Expr)
@@ -304,21 +304,21 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
 
 
 class Answers(NamedTuple):
-    """h, and ∂h/∂(q, u, a, r, z), a row for each output."""
+    """Outputs h, and ∂h/∂(q, u, a, r, z) with a row for each output."""
 
     values: Array
     slopes: Array
 
 
 def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
-    """Outputs h and their derivatives; z is an argument."""
+    """The bundle of outputs h and their derivatives, with z as an argument."""
     z = unknowns(eom)
     slopes = partials(roots, (*eom.state, *eom.inputs, *z.symbols))
     return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})
 
 
 class SwitchValues(NamedTuple):
-    """c, the sizes of its terms, and ∂c/∂(q, u, a, r, z), a row for each switch."""
+    """Switching functions c, the sizes of their terms, and ∂c/∂(q, u, a, r, z) with a row for each."""
 
     quantities: Array
     sizes: Array
@@ -326,13 +326,13 @@ class SwitchValues(NamedTuple):
 
 
 def all_switches(eom: Equations, *outputs: Expr) -> tuple[SwitchedQuantity, ...]:
-    """Those of the unsolved equations and of outputs."""
+    """The switches of the unsolved equations and of outputs."""
     u = unsolved(eom.derived)
     return switches((*u.places, *u.residual, *outputs))
 
 
 def turning(eom: Equations, *outputs: Expr) -> Bundle[SwitchValues]:
-    """The quantities of `all_switches`, in their order; z is an argument."""
+    """The bundle of the switching functions of `all_switches`, in their order, with z as an argument."""
     z, memo = unknowns(eom), Sizes()
     quantities = [s.quantity for s in all_switches(eom, *outputs)]
     slopes = partials(quantities, (*eom.state, *eom.inputs, *z.symbols))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`inverse`: inverse and mixed dynamics. Any of the accelerations, inputs and reactions are unknown, the others are given.
+"""`inverse`: inverse and mixed dynamics. Accelerations, inputs and reactions are given or unknown, in any combination.
 
     M u̇ − Aᵀ λ − G R − H r = f₀,   A u̇ = −(Ȧ u + ḃ),   M_a u̇ − A_aᵀ λ − G_a R − H_a r = f_a0
 
-is linear in (u̇, λ, R, r): the columns of what is given go to the right. The multipliers are always unknown.
+is linear in (u̇, λ, R, r): the columns of given quantities move to the right-hand side. The multipliers are always unknown.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -108,7 +108,7 @@ class Inverse(Attributes):
         return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
 
     def _of_dataset(self, state: Any, given: Mapping[Any, Any] | None, by_kind: StateValues) -> Any:
-        """The unknowns at states of a Dataset, those by themselves where all together have none."""
+        """The unknowns at states of a Dataset; if the solution for all fails, each state is solved alone."""
         many = poses(self.eom, state, by_kind)
         assert many is not None
         own = named_values("quantities that are given", self.known, given)
@@ -139,7 +139,7 @@ class Inverse(Attributes):
         at = State(q, u, states=a, parameters=dict(solution.parameters), t=solution.t)
         kept = [p for p in self.eom.parameters if p in at.parameters]
         along = zip(kept, solution[kept], strict=True) if kept else ()
-        at.parameters.update({p: x for p, x in along if (x != at.parameters[p]).any()})  # events changed these
+        at.parameters.update({p: x for p, x in along if (x != at.parameters[p]).any()})  # parameters changed by events
         return self(at, given=own | taken)
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
@@ -162,7 +162,7 @@ class Inverse(Attributes):
         return z.reshape(*t.shape, len(self.unknowns))
 
     def _of_matrices(self, bundle: Bundle[Any], rows: Array, given: Array) -> Array:
-        """The unknowns by K, H and k at several states, and what is known (states × …)."""
+        """The unknowns at several states, from the `rows` of K, H and k, and the known quantities (states × …)."""
         eom, settings, own = self.eom, self.eom.numeric(self.settings).settings, bundle.split(rows)
         if not (np.isfinite(own.matrix).all() and np.isfinite(own.drive).all()):
             raise SingularError(
@@ -193,7 +193,7 @@ class Inverse(Attributes):
         return z
 
     def _solution(self, square: Entries, right: Array, signs: Array) -> Array:
-        """The solutions; square matrices (k × n × n), their columns times signs, must be regular, which their inverses tell."""
+        """Solutions for square matrices (k × n × n) with columns times `signs`; raises SingularError if one may be singular."""
         told = at_false_pole(self.eom)
         threshold = STATE_RANK if told else INVERSE_RANK
         sides = Entries(right, np.arange(len(signs))[:, None])
@@ -202,7 +202,7 @@ class Inverse(Attributes):
         for k in np.flatnonzero(~(found.share > threshold)).tolist():
             scaled = balance(square.of(k) * signs, order=(1, 0), rounding=0.0)
             values = singular(scaled.matrix)
-            if values.regular(threshold):  # what underflows is regular once it is balanced
+            if values.regular(threshold):  # a matrix with entries that underflow is regular after balancing
                 z[k] = np.linalg.solve(scaled.matrix, right[k] / scaled.rows[:, 0]) / scaled.columns[0]
                 continue
             if told:
@@ -218,7 +218,7 @@ class Inverse(Attributes):
 
 
 def _table(values: Sequence[Any], shape: tuple[int, ...]) -> Array:
-    """Numbers and arrays along a last axis, each broadcast to one shape."""
+    """Numbers and arrays, broadcast to `shape`, along a last axis."""
     table = np.empty((*shape, len(values)))
     for k, x in enumerate(values):
         table[..., k] = x
@@ -288,7 +288,7 @@ def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | Non
 
 
 def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:
-    """What completes the unknowns."""
+    """Dependent accelerations or reactions that complete the list of unknowns."""
     count = len(eom.speeds) + len(eom.reactions)
     listed = set(wanted)
     dependent = [rate(u) for u in eom.dependent_speeds if rate(u) not in listed]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The states that `assemble` finds of many by themselves, each nearest to its own guesses, where numbers of all leave no doubt of it.
+"""The states nearest to their own guesses, found for many at once by Newton's method; states in doubt are left to `assemble`.
 
-Of each state Newton's steps start at its guesses, around them, and on all branches that the first state has. In doubt is where they
-close on fewer branches than it has, where none is nearest whatever the sizes of lengths are, or where constraints are nearly singular:
-such a state is to be assembled by itself.
+Newton's method starts at the guesses of each state, around them, and on all branches of the first state. A state is in doubt if fewer
+branches are found than the first state has, if which is nearest depends on the sizes of lengths, or if the constraints are nearly
+singular.
 """
 
 from collections.abc import Callable
@@ -24,15 +24,15 @@ from kane.numeric.sampling import ASSEMBLY_SEED
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ONE_POSITION
 
 _AROUND = 5
-"""Starts around the guesses of each state."""
+"""Number of starts around the guesses of each state."""
 _NEARER = 0.9
-"""Share of the distance of the next branch up to which a branch is surely the nearest."""
+"""Largest ratio of the distances of the nearest and the next branch at which the nearest is accepted."""
 _FAR = 1.0
-"""How far the nearest is from its guesses at most (rad, or sizes of lengths): around what is further others may be as near, unseen."""
+"""Largest distance from the guesses (rad, or sizes of lengths) that is accepted: beyond it a nearer branch may have been missed."""
 
 
 class StatesOnConstraints(NamedTuple):
-    """q (k × n), u and A (k × m × s) at states that satisfy the constraints, and of which there is no `doubt`."""
+    """q (k × n), u and A (k × m × s) at states on the constraints, and the states in `doubt`."""
 
     q: Array
     u: Array
@@ -41,12 +41,12 @@ class StatesOnConstraints(NamedTuple):
 
 
 class NearestStates:
-    """What the first of many states tells of all: its branches, and the sizes of coordinates and constraints.
+    """The search for many states, with branches and sizes of coordinates and constraints from the first state.
 
     Raises
     ------
     KaneError
-        if the first cannot be assembled
+        if the first state cannot be assembled
     """
 
     def __init__(self, poses: Poses) -> None:
@@ -96,7 +96,7 @@ class NearestStates:
         return StatesOnConstraints(q, u, a, doubt)
 
     def _closed(self, poses: Poses, guesses: Array) -> tuple[Array, Mask]:
-        """The configurations nearest to the guesses (k × n), and where they are in doubt."""
+        """The configurations nearest to the guesses (k × n), and which are in doubt."""
         level, count = self.level, poses.count
         assert level is not None
         free, size = [*level.free], level.usual
@@ -112,7 +112,7 @@ class NearestStates:
             f, g = values(q, rows[members])
             return f, g[:, :, free]
 
-        if not self.free:  # given whole: what they miss is rounding of what was given
+        if not self.free:  # all coordinates are given: residuals are rounding errors of these
             missed = np.abs(of_free(begun, rows)[0] / size.f).max(axis=1, initial=0)
         found = close_many(of_free, begun[:, free], size, _none)
         q = begun.copy()
@@ -140,7 +140,7 @@ class NearestStates:
         return nearest, ~(surely & _determined(block))
 
     def _nearest_anyhow(self, away: Array, best: Indices, others: Mask) -> Mask:
-        """Where the best of several places (k × tries × free, off the guesses) is nearer than the others by angles and each length."""
+        """Whether the best configuration (k × tries × free, differences from guesses) is nearest both in angles and in each length."""
         assert self.level is not None
         turns = self.level.usual.turns
         counted = np.isin([*self.level.free], self.guessed or self.missing)
@@ -150,7 +150,7 @@ class NearestStates:
         return np.asarray(((own <= np.maximum(_NEARER * parts, ONE_POSITION)).all(axis=2) | ~others).all(axis=1))
 
     def _starts(self, guesses: Array) -> Array:
-        """The guesses of each state, some around them, and the branches of the first (k × tries × n)."""
+        """The guesses of each state, starts around them, and the branches of the first state (k × tries × n)."""
         assert self.level is not None
         free, size = [*self.level.free], self.level.usual.x
         near = np.random.default_rng(ASSEMBLY_SEED).normal(size=(_AROUND, len(free))) * size
@@ -161,7 +161,7 @@ class NearestStates:
         return np.concatenate([around, branches], axis=1)
 
     def _home(self, x: Array, guesses: Array, left: Array, f: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Each q (k × n) with angles within half a turn of the guesses, where it is closed there, too; and what is left there."""
+        """Each q (k × n) with angles within half a turn of the guesses, if the constraints hold there too, and the residuals."""
         assert self.level is not None
         if not self.free:
             return left, x
@@ -174,7 +174,7 @@ class NearestStates:
 
 
 def _different(x: Array, valid: Mask) -> Indices:
-    """How many different ones each row has among several places (k × tries × n) that are valid."""
+    """Number of different valid configurations in each row of x (k × tries × n)."""
     count = np.zeros(len(x), dtype=np.int64)
     for i in range(x.shape[1]):
         same = valid[:, :i] & (np.abs(x[:, :i] - x[:, i : i + 1]).max(axis=2) <= ONE_POSITION)
@@ -183,12 +183,12 @@ def _different(x: Array, valid: Mask) -> Indices:
 
 
 def _none(x: Array, rows: Indices) -> Mask:
-    """No state that closes says that others may be left open."""
+    """Accept no state early: that some starts converge does not allow others to be abandoned."""
     return np.zeros(len(x), dtype=bool)
 
 
 def _values_at(eom: Equations, poses: Poses) -> Callable[[Array, Indices], tuple[Array, Array]]:
-    """f (k × m) and ∂f/∂q (k × m × n) at q (k × n) of the states with some numbers (k)."""
+    """f (k × m) and ∂f/∂q (k × m × n) as a function of q (k × n) and indices of states."""
     (t, p, r), routine = poses.numbers(), eom.numeric().routine(closing)
 
     def values(q: Array, rows: Indices) -> tuple[Array, Array]:
@@ -199,7 +199,7 @@ def _values_at(eom: Equations, poses: Poses) -> Callable[[Array, Indices], tuple
 
 
 def _levelled(block: Array) -> Array:
-    """Blocks (k × m × n) whose columns, and then rows, have entries of 1 at most."""
+    """Blocks (k × m × n) with columns, and then rows, scaled to a largest absolute entry of 1."""
     for axis in (1, 2):
         size = np.abs(block).max(axis=axis, keepdims=True, initial=0)
         block = block / np.where(size > 0, size, 1.0)
@@ -207,7 +207,7 @@ def _levelled(block: Array) -> Array:
 
 
 def _determined(block: Array) -> Mask:
-    """Where f surely determines what is free, by ∂f/∂q (k × m × free) in their sizes."""
+    """Which ∂f/∂q (k × m × free), in the sizes of f and q, have full column rank beyond doubt."""
     if not block.shape[2]:
         return np.ones(len(block), dtype=bool)
     if block.shape[1] < block.shape[2] or not np.isfinite(block).all():

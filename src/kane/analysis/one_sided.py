@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives at a switch that stands at zero: the equations on each of its sides, and whether the sides differ.
+"""One-sided derivatives of the equations at a state on switching surfaces, and a test whether the sides differ.
 
-A side counts where a motion leads into it: some d with s_i ∇c_i·d > 0 for all switches c_i and their sides s_i = ±1. x |x| and
-guarded quotients have one derivative on both sides, however they are written. Lengths |v| = √(v·v) that are zero have none, |v| v has:
-derivatives take that of a length at zero as zero, and slopes beside the state, along each state and input, say whether that is right.
+A combination of signs s_i = ±1 of switching functions c_i is a side if it can be entered: a direction d exists with s_i ∇c_i·d > 0 for
+all i. x |x| and guarded quotients have equal derivatives on both sides, however they are written. A length |v| = √(v·v) has none at
+v = 0, but |v| v has: differentiation takes that of √0 as zero, and derivatives at displaced states decide whether this is right.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Signs = tuple[float, ...]
 
 
 class SidedBundles:
-    """The bundles of equations with the sides of some switches as symbols, on the reference evaluator."""
+    """Bundles of equations with the signs of some switching functions as symbols, evaluated by the reference evaluator."""
 
     def __init__(self, numeric: Numeric[Equations], quantities: Sequence[Expr]) -> None:
         self.numeric = numeric
@@ -48,7 +48,7 @@ class SidedBundles:
         self._runs: dict[Any, Callable[..., Any]] = {}
 
     def on(self, signs: Signs) -> RoutineSource:
-        """What evaluates them on one side."""
+        """The routines that evaluate the equations on one side."""
 
         def run(make: Callable[..., Bundle[R]], *arguments: Any) -> Callable[..., R]:
             key = (make, *arguments)
@@ -66,23 +66,23 @@ class SidedBundles:
 
 
 def _reference(bundle: Bundle[R], *more: Symbol) -> Callable[..., R]:
-    """A function of numbers for the ports of a bundle, and for more symbols, on the reference evaluator."""
+    """A bundle as a function of numbers for its ports and for further symbols, by the reference evaluator."""
     run = bundle.reference([*(s for port in bundle.ports for s in port.symbols), *more])
     return lambda *given: run([*np.concatenate([np.atleast_1d(v) for v in given])])
 
 
 _MOST = 6
-"""Switches of which all sides are looked at together; of more, all on one side, and each of them on the other."""
+"""Largest number of switches for which all sides are examined; for more, all on one side, and each one alone on the other."""
 _NEAR = (2.0**-16, 2.0**-24, 2.0**-32)
-"""Distances at which a piece is looked at whose derivative has no value at the corner itself."""
+"""Distances from the switching surface at which derivatives are evaluated that have no value on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One side `signs` of the switches at a corner: the flow, its outputs and their derivatives.
+    """The flow, its outputs and their derivatives on the side `signs` of the switches.
 
-    `gradients` (switches × δ(ξ_I, u_I, r)) are those of the switches that can be left, zero of the others; `away` leads into it.
-    `blur` is how far the slopes may be off, where they are limits.
+    `gradients` (switches × (ξ_I, u_I, r)) are those of the switching functions, zero if the constraints fix one; `away` is a direction
+    into the side, and `blur` an error bound for derivatives that are limits.
     """
 
     flow: Flow
@@ -100,22 +100,22 @@ class Piece:
 
     @cached_property
     def slopes(self) -> Array:
-        """[A B; C D]."""
+        """The derivatives [A B; C D]."""
         return np.vstack([np.hstack([self.flow.a, self.flow.b]), self.output_slopes])
 
     @property
     def finite(self) -> bool:
-        """Whether all of it is."""
+        """Whether all values and derivatives are finite."""
         return bool(np.isfinite(self.slopes).all() and np.isfinite(self.level).all())
 
 
 def piece_of(flow: Flow, outputs: Outputs) -> Piece:
-    """The flow as a piece by itself."""
+    """A flow at which no switch is considered, as a piece."""
     return Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
 
 
 class Corner(NamedTuple):
-    """A flow at whose state some switches stand at zero: which of `turning` they are, and how far off they count as standing there."""
+    """A flow on switching surfaces: `at` indexes the functions of `turning` that are zero, within the tolerances `slack`."""
 
     flow: Flow
     outputs: Outputs
@@ -124,7 +124,7 @@ class Corner(NamedTuple):
 
 
 def pieces(corner: Corner, quantities: Sequence[Expr]) -> tuple[Piece, ...]:
-    """The pieces that meet at the corner; `quantities` are those of its switches."""
+    """The one-sided flows at the corner, for switching functions `quantities`."""
     table = SidedBundles(corner.flow.numeric, quantities)
     found = (_piece(corner, signs, table.on(signs)) for signs in _patterns(len(corner.at)))
     return tuple(p for p in found if p is not None)
@@ -141,7 +141,7 @@ def _patterns(count: int) -> list[Signs]:
 
 
 def _piece(corner: Corner, signs: Signs, run: RoutineSource) -> Piece | None:
-    """The piece, None where no motion leads into it; what it tends to where it has no derivative at the corner itself."""
+    """The flow on a side, as a limit if it has no derivative at the corner itself; None if no direction leads into the side."""
     state = corner.flow.state
     first = _built(corner, state, signs, run)
     if first is None or first.finite:
@@ -151,7 +151,7 @@ def _piece(corner: Corner, signs: Signs, run: RoutineSource) -> Piece | None:
 
 
 def beside(flow: Flow, d: Array, at: Callable[[Array, Array], Piece | None]) -> Piece | None:
-    """What the pieces `at` places beside a state tend to along d; None where they tend to nothing finite."""
+    """The limit along d of the pieces `at` displaced states; None if it is not finite."""
     n = len(flow.state.x)
     changes = [flow.moves @ (h * d) for h in _NEAR]
     near = [at(flow.state.x + c[:n], flow.state.r + c[n:]) for c in changes]
@@ -166,7 +166,7 @@ def beside(flow: Flow, d: Array, at: Callable[[Array, Array], Piece | None]) -> 
 
 
 def _limit(series: Sequence[Array]) -> Array:
-    """What c + a hᵖ at three distances h in equal shares tends to (Aitken's Δ² process); the last where it tends to nothing."""
+    """The limit of c + a hᵖ from three h in geometric progression (Aitken's Δ² process); the last value if they do not converge."""
     first, second, last = series
     one, two = second - first, last - second
     with np.errstate(all="ignore"):
@@ -187,7 +187,7 @@ def _built(corner: Corner, state: StateArrays, signs: Signs, run: RoutineSource)
         gradients = _leaving(own.slopes[pick], np.vstack([here.moves, here.answers]))
     side, c = np.array(signs), own.quantities[pick]
     off = np.abs(c) > np.maximum(GONE * own.sizes[pick], corner.slack)
-    if (off & (side * c < 0)).any():  # held on the other side by the sides of other switches
+    if (off & (side * c < 0)).any():  # other switches force this one to its other side
         return None
     gradients = np.where(off[:, None], 0.0, gradients)
     away = _direction(side[:, None] * gradients)
@@ -195,14 +195,14 @@ def _built(corner: Corner, state: StateArrays, signs: Signs, run: RoutineSource)
 
 
 def _leaving(rows: Array, moves: Array) -> Array:
-    """∇c along the changes that are allowed, what rounding leaves of zero being zero; what c does not hold need not be finite."""
+    """∇c along the allowed changes, with rounding residues set to zero; `moves` need not be finite where c does not depend on it."""
     terms = np.where(rows[:, :, None] == 0, 0.0, rows[:, :, None] * moves[None])
     found = terms.sum(axis=1)
     return np.asarray(np.where(np.abs(found) <= ROUNDED * np.abs(terms).sum(axis=1), 0.0, found))
 
 
 def _direction(rows: Array) -> Array | None:
-    """A direction d with row·d > 0 for every row that is not zero; None where there is none."""
+    """A direction d with row·d > 0 for all nonzero rows; None if none exists."""
     rows = rows[np.abs(rows).max(axis=1, initial=0) > 0]
     width = rows.shape[1]
     if not len(rows):
@@ -223,11 +223,11 @@ def _direction(rows: Array) -> Array | None:
 
 
 _AS_ZERO = 1e-4
-"""Share of a tolerance by which a steady state that was solved for is off."""
+"""Fraction of the tolerance of a steady state within which a switching function counts as zero there."""
 
 
 class Sides(NamedTuple):
-    """The pieces that meet at a corner, and its switches."""
+    """The one-sided flows at a corner, and its switches."""
 
     corner: Corner
     switches: tuple[SwitchedQuantity, ...]
@@ -235,15 +235,15 @@ class Sides(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What can be changed: states and inputs."""
+        """Names of the states and inputs."""
         flow = self.corner.flow
         return (*flow.states, *(r.name for r in flow.numeric.equations.inputs))
 
 
 def sides_at(flow: Flow, outputs: Outputs, tolerance: float) -> Sides | None:
-    """The sides of the switches that stand at zero at the flow's state, None where none do.
+    """The one-sided flows for switches that are zero at the flow's state; None if there are none.
 
-    Zero is what rounding leaves of the terms, and at a state that is steady up to a `tolerance`, what solving for it leaves.
+    A switching function is zero within the rounding of its terms and, at a state that is steady up to a `tolerance`, within its error.
     """
     numeric = flow.numeric
     table = numeric.value(all_switches, *outputs.roots)
@@ -266,11 +266,11 @@ def _watch(eom: Equations, *outputs: Expr) -> Callable[..., SwitchValues]:
     return _reference(turning(eom, *outputs))
 
 
-# What differs ------------------------------------------------------------------------------------------------------------
+# Differences between sides -----------------------------------------------------------------------------------------------
 
 
 class Difference(NamedTuple):
-    """Which of the switches make a difference; and which of ẋ and the outputs jump there."""
+    """Indices of the switches at which the sides differ, and which of ẋ and the outputs jump."""
 
     switches: tuple[int, ...]
     jumps: Mask
@@ -280,7 +280,7 @@ class Difference(NamedTuple):
 
 
 def difference(sides: Sides) -> Difference:
-    """What differs between the pieces."""
+    """The differences between the one-sided flows."""
     every = sides.pieces
     if not every:
         return Difference((), np.zeros(0, dtype=bool))
@@ -296,7 +296,7 @@ def difference(sides: Sides) -> Difference:
 
 
 def different_slopes(every: Sequence[Piece]) -> Mask:
-    """Which pairs of pieces have other slopes (pieces × pieces)."""
+    """Which pairs of pieces have different derivatives (pieces × pieces)."""
     alike = np.array([p.flow.states == every[0].flow.states for p in every])
     own = [p.slopes if ok else every[0].slopes for p, ok in zip(every, alike, strict=True)]
     table = np.array(own)
@@ -313,9 +313,9 @@ def different_slopes(every: Sequence[Piece]) -> Mask:
 
 
 def _different_levels(sides: Sides) -> Mask:
-    """Which of ẋ and the outputs have other values in pairs of pieces (pieces × pieces × values).
+    """Which of ẋ and the outputs differ between pieces (pieces × pieces × values).
 
-    A quantity that is zero but for rounding changes them by no more than the change of slopes makes of that rounding.
+    Differences are not counted if the rounding error of the switching functions, times the difference of derivatives, explains them.
     """
     every = sides.pieces
     level = np.array([p.level for p in every])
@@ -331,14 +331,14 @@ def _different_levels(sides: Sides) -> Mask:
 
 
 class Lengths(NamedTuple):
-    """s of each √s, and the sizes of their terms."""
+    """The squares s of all lengths √s, and the sizes of their terms."""
 
     squares: Array
     sizes: Array
 
 
 def lengths(eom: Equations, *outputs: Expr) -> tuple[Expr, ...]:
-    """The roots √s of the unsolved equations and of outputs."""
+    """The square roots √s in the unsolved equations and in outputs."""
     u = unsolved(eom.derived)
     order = postorder((*u.places, *u.residual, *outputs))
     return tuple(n for n in order if n.op is SQRT and not is_constant_in_time(n.args))
@@ -352,7 +352,7 @@ def _measured(eom: Equations, *outputs: Expr) -> Callable[..., Lengths]:
 
 
 def check_cones(flow: Flow, outputs: Outputs) -> None:
-    """A CornerError names a length that is zero at the flow's state, where slopes beside it depend on the direction."""
+    """Raise CornerError if a length is zero at the flow's state and derivatives at displaced states depend on the direction."""
     table = flow.numeric.value(lengths, *outputs.roots)
     if not table:
         return
@@ -374,7 +374,7 @@ def check_cones(flow: Flow, outputs: Outputs) -> None:
 
 
 def _tends(flow: Flow, outputs: Outputs, d: Array) -> Piece | None:
-    """What slopes and values beside the state tend to along d; None where they tend to nothing finite."""
+    """The limit of derivatives and values along d at displaced states; None if it is not finite."""
 
     def at(x: Array, r: Array) -> Piece | None:
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Operating points: complete values on the constraints, as arrays and as a `State`; too fast beams, closed contacts."""
+"""Operating points: complete states on the constraints, as arrays and as `State`; warnings of fast beams and closed contacts."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,17 +26,17 @@ from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import GIVEN, LAST_DIGIT
 
 _ROUNDS = 4
-"""Steps at most."""
+"""Largest number of Newton steps onto the constraints."""
 
 
 def state_from(eom: Equations, arrays: StateArrays) -> State:
-    """The values by symbol."""
+    """The `State` with the values of arrays."""
     values = arrays.numbers(eom)
     return State(**{k: {s: float(values[s]) for s in getattr(eom, what)} for k, what in GROUPS.items()}, t=arrays.t)
 
 
 def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
-    """The state on the constraints as arrays; what is left out is solved for."""
+    """A state as arrays, with values left out solved for; raises SimulationError if it violates the constraints."""
     eom, q, u = numeric.equations, state.q, state.u
     constants = parameter_values(eom.system, state.parameters)
     p = np.array([constants[s] for s in eom.parameters])
@@ -55,7 +55,7 @@ def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
 
 
 def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
-    """The state moved onto the constraints by rounding's worth; further off is an error."""
+    """The state after Newton steps that remove rounding errors; raises SimulationError if it violates the constraints by more."""
     eom, perturbed, run = numeric.equations, numeric.value(perturbations), coded(numeric)
     values = values_at(run, state)
     nq, n = len(eom.coordinates), len(eom.speeds)
@@ -77,7 +77,7 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
     limit = LAST_DIGIT * (values.configuration_terms / sizes).max(initial=0)
     x, values = improved(start, lambda at: np.abs(at[1].configuration / sizes).max(initial=0), closer, limit, _ROUNDS)
     if values.motion.any():
-        eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # says which constraints they miss
+        eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # raises with their names
     if len(values.motion):
         x = x.copy()
         x[nq : nq + n] -= least_squares(values.constraints(n), values.motion)
@@ -85,7 +85,7 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
 
 
 def warn_of_beams(eom: Equations, points: Sequence[State]) -> None:
-    """Warn once of each beam that spins faster, in some of these states, than what it is declared with has it."""
+    """Warn once of each beam that, in some of these states, spins faster than its declared model allows."""
     for beam in eom.system.bodies:
         square = across(beam) if isinstance(beam, Beam) else None
         if square is None or not isinstance(beam, Beam):
@@ -98,7 +98,7 @@ def warn_of_beams(eom: Equations, points: Sequence[State]) -> None:
 
 
 def warn_of_contacts(eom: Equations, points: Sequence[State]) -> None:
-    """Warn of contacts that are closed in some of these states: equations of no mode are those without their forces."""
+    """Warn of contacts that are closed in some of these states, as equations without modes do not contain their forces."""
     contacts = eom.system.contacts if eom.system.modes_change else ()
     closed = [c for c in contacts if c.gap is None or any(_touches(eom, c.gap.expr, p) for p in points)]
     if closed:
@@ -107,7 +107,7 @@ def warn_of_contacts(eom: Equations, points: Sequence[State]) -> None:
 
 
 def left_out(eom: Equations) -> str:
-    """What to do where contacts might hold a system that is not at rest without them; "" where there are none."""
+    """Advice for systems with contacts whose forces are not in the equations; "" if there are none."""
     contacts = eom.system.contacts if eom.system.modes_change else ()
     return f" These are the equations without the forces of contacts. {_of_a_mode(contacts)}" if contacts else ""
 
@@ -119,6 +119,6 @@ def _of_a_mode(contacts: Sequence[ContactLaw]) -> str:
 
 
 def _touches(eom: Equations, gap: Expr, point: State) -> bool:
-    """Whether a gap is none but for rounding of what was given."""
+    """Whether a gap is zero within the precision of the given values."""
     g, terms = eom.evaluate([gap, size(gap, {})], point)
     return bool(g <= GIVEN * terms)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which small changes of a state the constraints allow, by the implicit function theorem at a point.
+"""Perturbations of a state that satisfy the constraints, by the implicit function theorem.
 
     G δq + ∂f/∂r δr = 0                       δq = T ξ,  ξ = N ξ_I + P δr
     A δu + ∂(A u + b)/∂q δq + ∂b/∂r δr = 0     δu = B δu_I + E ξ_I + Q δr
 
-ξ are the perturbations of the coordinates; for Euler parameters three angles θ along the axes of the frame they turn, with
-δe = ½ E(e) θ and θ̇ = δω − ω × θ. Arrays hold numbers or expressions alike.
+ξ are free perturbations of the coordinates, three angles θ along the axes of the oriented frame for each set of Euler parameters, with
+δe = ½ E(e) θ and θ̇ = δω − ω × θ. Arrays have entries that are numbers or expressions.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,8 +25,8 @@ from kane.numeric.rank import sizes
 class Perturbations(NamedTuple):
     """The free perturbations ξ of the coordinates, δq = T ξ: δq itself; for Euler parameters three small angles.
 
-    The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as they are, `sets` the
-    indices of the Euler parameters, whose angles come last. `timed` says whether the time enters the equations.
+    The angles are along the axes of the oriented frame. `coordinates` are indices of the other coordinates, `sets` those of Euler
+    parameters, whose angles come last in ξ. `timed` is true if the equations contain the time.
     """
 
     names: tuple[str, ...]
@@ -54,13 +54,13 @@ def perturbations(eom: Equations) -> Perturbations:
 
 
 def turning(e: Entries) -> Entries:
-    """½ E(e), 4 × 3: δe of small angles along the frame's own axes (Kane, Likins, Levinson 1983, sec. 1.13)."""
+    """½ E(e) (4 × 3), δe = ½ E(e) θ for small angles θ along axes of the frame (Kane, Likins & Levinson 1983, sec. 1.13)."""
     e0, e1, e2, e3 = e
     return 0.5 * np.array([[-e1, -e2, -e3], [e0, -e3, e2], [e3, e0, -e1], [-e2, e1, e0]])
 
 
 def turning_rates(rates: Entries, plain: int) -> Entries:
-    """The matrix (ξ × ξ) of ω × θ in the rates of ξ, whose first `plain` are those of coordinates; ω follow them."""
+    """The matrix of θ ↦ ω × θ (ξ × ξ); `rates` are those of ξ: first those of `plain` coordinates, then ω of each set."""
     matrix = np.zeros((len(rates), len(rates)), dtype=rates.dtype)
     for k in range(plain, len(rates), 3):
         x, y, z = rates[k : k + 3]
@@ -79,7 +79,7 @@ def spread(perturbed: Perturbations, q: Entries) -> Entries:
 
 
 class Tangents(NamedTuple):
-    """N, P, B, E, Q of the changes that the constraints allow; which ξ and u are independent."""
+    """N, P, B, E, Q of the perturbations that satisfy the constraints, and the indices of the independent ξ and u."""
 
     free_q: tuple[int, ...]
     free_u: tuple[int, ...]
@@ -91,14 +91,14 @@ class Tangents(NamedTuple):
 
     @classmethod
     def of(cls, free_q: Sequence[int], of_q: Entries, free_u: Sequence[int], of_u: Entries) -> "Tangents":
-        """From δξ of δ(ξ_I, r) and δu of δ(u_I, ξ_I, r), at one state or with axes of many in front."""
+        """From the derivatives of ξ in (ξ_I, r) and of u in (u_I, ξ_I, r), at one state or at many (leading axes)."""
         i, j = len(free_q), len(free_u)
         u_parts = of_u[..., :j], of_u[..., j : j + i], of_u[..., j + i :]
         return cls(tuple(free_q), tuple(free_u), of_q[..., :i], of_q[..., i:], *u_parts)
 
     @property
     def moves(self) -> Entries:
-        """δ(ξ, u, r) of δ(ξ_I, u_I, r)."""
+        """Derivative of (ξ, u, r) in (ξ_I, u_I, r)."""
         many, (width, nr), i, j = self.p.shape[:-2], self.p.shape[-2:], len(self.free_q), len(self.free_u)
         rows = (
             [self.n, np.zeros((*many, width, j)), self.p],
@@ -109,17 +109,17 @@ class Tangents(NamedTuple):
 
 
 FreePart = Callable[[Entries, Entries], tuple[tuple[int, ...], Entries]]
-"""x of a x + rest y = 0 by its free part: which of x are free, and S of x = S (x_free, y)."""
+"""A solver of a x + rest y = 0: returns the indices of the independent x, and S of x = S (x_independent, y)."""
 
 
 def tangents(g: Entries, v: Entries, width: int, count: int, by_q: FreePart, by_u: FreePart) -> Tangents:
-    """The changes that the constraints allow at a point, in numbers or in expressions.
+    """The perturbations that satisfy the constraints at a point, in numbers or in expressions.
 
     Parameters
     ----------
     g, v : derivatives of f and of A u + b in (ξ, u, r)
-    width, count : how many ξ and u there are
-    by_q, by_u : how ξ and u are solved for
+    width, count : numbers of ξ and of u
+    by_q, by_u : solvers for ξ and for u
     """
     free_q, of_q = by_q(g[:, :width], g[:, width + count :])
     i = len(free_q)
@@ -132,7 +132,7 @@ def tangents(g: Entries, v: Entries, width: int, count: int, by_q: FreePart, by_
 def by_free_part(
     a: Entries, rest: Entries, partition: Partition, solve: Callable[[Entries, Entries], Entries]
 ) -> tuple[tuple[int, ...], Entries]:
-    """See `FreePart`; the dependent x of the partition are solved for."""
+    """Solve for the dependent x of a partition; see `FreePart`."""
     count = a.shape[1]
     free, rows, dependent = partition.independent(count), list(partition.rows), list(partition.dependent)
     solution = np.zeros((count, len(free) + rest.shape[1]), dtype=a.dtype)
@@ -143,7 +143,7 @@ def by_free_part(
 
 
 def in_numbers(root: Array, preferred: Sequence[int]) -> FreePart:
-    """Solving in numbers: `preferred` are dependent as far as they are determined; S Sᵀ = M⁻¹ in x of `root` says by what."""
+    """Numerical solver; `preferred` x become dependent where the rank allows. `root` is S of S Sᵀ = M⁻¹, which sets the sizes."""
 
     def solved(a: Entries, rest: Entries) -> tuple[tuple[int, ...], Entries]:
         return by_free_part(a, rest, choose(a, preferred, reach=sizes(a, root)), np.linalg.solve)

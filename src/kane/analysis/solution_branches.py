@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues.
+"""`continuation`: pseudo-arclength continuation of steady motions, past turning points, with the eigenvalues along the branch.
 
-Where one crosses the imaginary axis, Re λ = 0, is found by bisection on the branch.
+Crossings of the imaginary axis, Re λ = 0, are found by bisection on the branch.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,7 +42,7 @@ class Crossing(Attributes):
 
     If a switch in the equations makes the eigenvalue jump across the axis, `eigenvalue` is that on the side nearer to the axis,
     with a nonzero real part. `value` is that of the varied symbol, `point` the steady motion there, and `between` the indices of
-    the points of the branch before and after it; `grows` tells whether the mode is growing after the crossing, or decaying.
+    the points of the branch before and after it; `grows` is whether the mode is growing after the crossing, or decaying.
     """
 
     value: float
@@ -56,7 +56,7 @@ class Crossing(Attributes):
 
 
 class Change(NamedTuple):
-    """The place Y in interval k of a path at which the eigenvalue `root` comes to grow, or to decay."""
+    """A crossing of the imaginary axis in interval k of a path: the point Y, the eigenvalue `root`, and whether it grows after it."""
 
     interval: int
     y: Array
@@ -65,7 +65,7 @@ class Change(NamedTuple):
 
 
 def tracked(rows: Sequence[Complex]) -> Complex:
-    """Rows of numbers, each put in the order that is nearest to the row before."""
+    """Eigenvalues in rows, each row in the order nearest to its linear extrapolation from the rows before."""
     ordered = [np.asarray(rows[0])]
     for row in rows[1:]:
         guess = 2 * ordered[-1] - ordered[-2] if len(ordered) > 1 else ordered[-1]
@@ -74,14 +74,14 @@ def tracked(rows: Sequence[Complex]) -> Complex:
 
 
 def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spectrum: Spectrum) -> list[Change]:
-    """Where modes come to grow or to decay along a path.
+    """Crossings of the imaginary axis by eigenvalues along a path.
 
     Parameters
     ----------
-    path : points Y, near enough to each other that `middle` finds the branch between two of them
-    roots : the eigenvalues at each
-    middle : the point of the branch halfway between two, None where there is none
-    spectrum : the eigenvalues at a point
+    path : points Y, so close that `middle` finds the branch between two of them
+    roots : the eigenvalues at each point
+    middle : returns the point of the branch halfway between two, or None if it is not found
+    spectrum : returns the eigenvalues at a point
     """
     size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
     least = ROUNDED_ROOT * size
@@ -95,7 +95,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
                 continue
             y, root = _bisected((path[k], before), (path[k + 1], after), j, least, middle, spectrum)
             new = Change(k, y, root, grows)
-            # of a conjugate pair one is enough; where a pair is real at one end only, both of it come here
+            # one of a conjugate pair suffices; if a pair is real at one end only, both are found here
             if (start.imag == 0 and end.imag == 0) or not any(_same(new, c, least) for c in met):
                 met.append(new)
         crossings += met
@@ -103,7 +103,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
 
 
 def _same(one: Change, other: Change, least: float) -> bool:
-    """Whether two changes are those of a pair."""
+    """Whether two crossings are those of a conjugate pair."""
     apart = np.linalg.norm(one.y - other.y)
     return bool(one.grows == other.grows and apart < ROUNDED_ROOT and abs(one.root - other.root) <= 10 * least)
 
@@ -111,16 +111,16 @@ def _same(one: Change, other: Change, least: float) -> bool:
 def _bisected(
     a: tuple[Array, Complex], b: tuple[Array, Complex], k: int, least: float, middle: Middle, spectrum: Spectrum
 ) -> tuple[Array, complex]:
-    """Y and i |ω| where Re λ of mode k passes zero; where one end lies on the axis but for rounding, where it leaves it.
+    """Y and i |ω| where Re λ of mode k is zero, or where the mode leaves the axis if one end is on it within rounding.
 
-    Where Re λ jumps over zero, λ beside it.
+    If Re λ jumps across zero, λ on the side nearer to zero.
     """
     level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
     for _ in range(_BISECTIONS):
         y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > ROUNDED else None
         if y is None:
             break
-        # in the order of those before and after: the modes together, so that none takes another's place
+        # match roots to those at both ends, all modes together, so that each is matched once
         roots = spectrum(y)
         roots = _matched(roots, np.abs(a[1][:, None] - roots) + np.abs(b[1][:, None] - roots))
         if (roots[k].real > level) == (b[1][k].real > level):
@@ -130,14 +130,14 @@ def _bisected(
     y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
     frequency = abs(roots[k].imag)
     if np.linalg.norm(b[0] - a[0]) <= 10 * ROUNDED and abs(b[1][k].real - a[1][k].real) > 100 * least:
-        return y, complex(roots[k])  # a switch takes it across
+        return y, complex(roots[k])  # λ jumps at a switch
     return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
 
 
 def _matched(row: Complex, distance: Array) -> Complex:
-    """The row in the order in which all distances together are least; of several such, that in which more modes stay where they are.
+    """The row in the order of the least total distance; among equal ones, that in which more modes stay in place.
 
-    A mode on the axis that stays and one that passes it would otherwise be told apart by rounding.
+    Otherwise rounding would decide between a mode that stays on the axis and one that crosses it.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -269,7 +269,7 @@ def _problem(
 
 
 def _unknowns(task: SteadyProblem, place: int, start: Array, span: float) -> ScaledConditions:
-    """What is solved for and, last, the value that changes, whose range counts 1; unknowns that nothing depends on stay."""
+    """The unknowns with, last, the varied value, scaled by its range; unknowns on which nothing depends keep their values."""
     expected, came = "values that leave one branch", "a family: {} can take other values at the start"
     cure = "Give some of them as numbers."
     expect.none(undetermined(task, start, task.free), expected, came, cure, error=ValueMissingError)
@@ -284,7 +284,7 @@ def _unknowns(task: SteadyProblem, place: int, start: Array, span: float) -> Sca
 
 
 def _linear(lin: Linearizer, point: State, independent: Sequence[Any], side: Callable[[], Side]) -> tuple[Linear, str]:
-    """The linearization at a point of a branch; on a corner that of the side on which the branch goes on, and what is said of it."""
+    """The linearization at a point of a branch, at a corner on the side of the next points, and a remark for messages."""
     try:
         return lin(point, independent=independent, steady=False), ""
     except CornerError as error:
@@ -328,7 +328,7 @@ def _branch(
             f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
             f"side on which the branch has its nearest other point. {next(filter(None, corners))}"
         )
-    # the marked points after them
+    # indices of the marked points that follow the crossings
     after = np.searchsorted(path.marked, [c.interval for c in met], side="right").tolist()
     pairs = zip(met, after, strict=True)
     crossings = [Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], (k - 1, k), c.grows) for c, k in pairs]

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Linear equations of many states, A x = b, and of which A it is sure that they are regular.
+"""Linear equations A x = b at many states, with a certificate of regularity of each A.
 
-A and b are picked from rows of numbers, as routines give them. A zero below a pivot, or above it on the way back, costs nothing: the
-equations of mechanisms are mostly zeros. With x comes A⁻¹, by the same factors, which bounds the least singular value of A, balanced
-as in `numeric.rank.balance`: σ_min/σ_max ≥ 1/(‖A‖ ‖A⁻¹‖) in Frobenius' norm. Of wide A that of A Aᵀ is bounded. All of it is one
-kernel, in vectors along the rows.
+A and b are picked from rows of numbers, as routines return them. Elimination skips zeros, as the equations of mechanisms are sparse.
+The inverse A⁻¹ from the same factors bounds the least singular value of A, balanced as in `numeric.rank.balance`: σ_min/σ_max ≥
+1/(‖A‖ ‖A⁻¹‖) in the Frobenius norm. For a wide A, A Aᵀ takes the place of A. All of this is one kernel, vectorized along
+the rows.
 """
 
 from collections.abc import Sequence
@@ -23,24 +23,24 @@ from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings
 
 _STATES = 10_000
-"""So many states in one call: an interrupt comes through between two."""
+"""Number of states in one call; keyboard interrupts are handled between calls."""
 
 
 class Entries(NamedTuple):
-    """Matrices (k × m × n): where in rows of numbers (k × …) the entries of each stand."""
+    """Matrices (k × m × n), given by the `places` of their entries (m × n) in `rows` of numbers (k × …)."""
 
     rows: Array
     places: Indices
 
     def of(self, states: Mask | int) -> Array:
-        """Those of some states."""
+        """The matrices at some states."""
         return np.asarray(self.rows[states][..., self.places])
 
 
 class Stack(NamedTuple):
-    """x (k × n × c) and A⁻¹ (k × n × n), which mean nothing where A is singular; `share` is the bound of σ_min/σ_max.
+    """x (k × n × c) and A⁻¹ (k × n × n), undefined where A is singular; `share` is the lower bound of σ_min/σ_max.
 
-    A share below zero says nothing: what balancing drops as rounding stands in the inverse.
+    A negative share is no bound: balancing dropped entries as rounding that the inverse contains.
     """
 
     a: Entries
@@ -49,7 +49,7 @@ class Stack(NamedTuple):
     share: Array
 
     def regular(self, threshold: float) -> Mask:
-        """Where the least singular value of A, balanced, surely counts."""
+        """Where the least singular value of A, balanced, is certainly above the threshold."""
         sure, lost = np.asarray(self.share > max(threshold, ROUNDED)), self.share < 0
         if lost.any():
             sure[lost] = surely_regular(balanced(self.a.of(lost)), threshold)
@@ -65,9 +65,9 @@ def solve_each(
     order: Sequence[int] = (0, 1, 0, 1),
     rounding: float = ROUNDED,
 ) -> Stack:
-    """x of A x = b at each state; `order` and `rounding` are those of `balance`. Of wide A the share is that of A Aᵀ, and x is none.
+    """x of A x = b at each state; `order` and `rounding` as in `balance`. For a wide A, the share is that of A Aᵀ, and x is undefined.
 
-    The inverse is empty where it is not asked for.
+    The inverse is returned only if `inverse` is true.
     """
     count, m, sides = len(a.rows), len(a.places), b.places.shape[1]
     result = Stack(a, np.empty((count, m, sides)), np.empty((count, m, m) if inverse else 0), np.empty(count))
@@ -76,7 +76,7 @@ def solve_each(
 
 
 def surely_independent(a: Entries, threshold: float, settings: Settings) -> Mask:
-    """At which states σ_m/σ_1 of A (m × n, m ≤ n), balanced, surely is larger than the threshold."""
+    """Where σ_m/σ_1 of A (m × n, m ≤ n), balanced, is certainly above the threshold."""
     m, n = a.places.shape
     found = solve_each(a, Entries(a.rows, a.places[:, :0]), settings)
     power = 1 if m == n else 2
@@ -122,15 +122,15 @@ def _compiled(settings: Settings) -> CompiledKernel:
 
 
 def stacks_kernel() -> Kernel:
-    """The kernel."""
+    """The kernel that solves A x = b for rows of states."""
     return _Eliminating().kernel()
 
 
 class _Eliminating:
-    """The kernel while it is written: states from `start` to `stop`.
+    """The kernel in construction, for states from `start` to `stop`.
 
-    In `room` stand S (m × wide), which becomes A balanced, its columns' sizes and its rows', then the rows that are eliminated: A or
-    A Aᵀ (tall), b (across) and the unit matrix (tall). All begin at multiples of a vector's lanes, with zeros between.
+    The array `room` contains S (m × wide), the balanced A, the sizes of its columns and rows, then the rows to be eliminated: A or
+    A Aᵀ (tall), b (across) and the unit matrix (tall). All begin at multiples of the vector length, padded with zeros.
     """
 
     def __init__(self) -> None:
@@ -155,7 +155,7 @@ class _Eliminating:
         self.most = w.variable("most", VECTOR)
 
     def kernel(self) -> Kernel:
-        """All of it."""
+        """The whole kernel."""
         w = self.writer
         with w.count(self.stop, self.start) as k:
             self._pick(k)
@@ -177,7 +177,7 @@ class _Eliminating:
         return w.finished(result)
 
     def _pick(self, k: Term) -> None:
-        """S and what is eliminated, b and the unit matrix."""
+        """Load S and the rows to be eliminated, b and the unit matrix."""
         w, room = self.writer, self.room
         with w.few(self.m) as i:
             row = self.work + i * self.width
@@ -196,7 +196,7 @@ class _Eliminating:
             room[row + self.unit + i] = 1.0
 
     def _balance(self) -> None:
-        """S without rounding, with columns and rows divided by their sizes in turn; the sizes."""
+        """Drop rounding residues in S, and divide its columns and rows by their sizes in turn."""
         w, room = self.writer, self.room
         self.most.put(self.zeros)
         with vectors(w, self.m * self.v_wide) as j:
@@ -248,7 +248,7 @@ class _Eliminating:
                 room.store(i * self.wide + j, room.lanes(i * self.wide + j, LANES) * share)
 
     def _multiply(self) -> None:
-        """S Sᵀ is what is eliminated."""
+        """Form S Sᵀ, which is eliminated for a wide A."""
         w, room = self.writer, self.room
         with w.few(self.m) as i, w.few(i + 1) as j:
             self.most.put(self.zeros)
@@ -260,7 +260,7 @@ class _Eliminating:
             room[self.work + j * self.width + i] = entry
 
     def _squares(self, begin: Term, step: Term, length: Term) -> Term:
-        """The sum of squares of the rows, `step` apart and so many vectors long."""
+        """The sum of squares of rows that are `step` apart and `length` vectors long."""
         w, room = self.writer, self.room
         self.most.put(self.zeros)
         with w.few(self.m) as i, vectors(w, length) as j:
@@ -278,7 +278,7 @@ class _Eliminating:
                 self.inverse[(k * self.m + i) * self.m + j] = room[row + self.unit + j]
 
     def _scale(self) -> None:
-        """The inverse becomes that of S."""
+        """Turn the inverse into that of S."""
         w, room = self.writer, self.room
         with w.few(self.m) as i:
             own = w.compute("splat8", room[self.columns + i])

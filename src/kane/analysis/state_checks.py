@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""States as arrays: values named, complete, on the constraints, and on the branch that closures mean."""
+"""States as arrays, from named values, and checks: completeness, unit length, constraints, closure branches, kinetic energy."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,7 +25,7 @@ _TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True, slots=True)
 class StateArrays:
-    """Where: t, x = (q, u, a), p, r; of many states with leading axes."""
+    """A state: time t, x = (q, u, a), parameters p and inputs r; of many states with leading axes."""
 
     t: Any
     x: Array
@@ -34,7 +34,7 @@ class StateArrays:
 
     @property
     def arguments(self) -> tuple[Any, Array, Array, Array]:
-        """The same as routines take them."""
+        """The values in the order of the arguments of routines."""
         return self.t, self.x, self.p, self.r
 
     def given(self, eom: Equations) -> dict[Expr, Any]:
@@ -43,13 +43,13 @@ class StateArrays:
         return dict(zip((*eom.inputs, *eom.parameters, time), (*r, *p, self.t), strict=True))
 
     def numbers(self, eom: Equations) -> dict[Expr, Any]:
-        """All of it by symbol."""
+        """All values by symbol."""
         return {**dict(zip(eom.state, self.x, strict=True)), **self.given(eom)}
 
 
 @dataclass(frozen=True, slots=True)
 class GivenEntries:
-    """Start values in order, and which of them are guessed or left out."""
+    """Start values in order, and the indices of those that are guesses or left out."""
 
     values: Array
     guessed: tuple[int, ...]
@@ -57,12 +57,12 @@ class GivenEntries:
 
     @property
     def free(self) -> tuple[int, ...]:
-        """What may move."""
+        """Indices of the values that may change: guesses, and those left out."""
         return tuple(sorted((*self.guessed, *self.missing)))
 
 
 def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "start value") -> GivenEntries:
-    """Values by symbol or name, in the order of the symbols; `what` and `label` name them in messages."""
+    """Values by symbol or name, in the order of the symbols; `what` and `label` are for messages."""
     named = named_values(what, symbols, given)
     values = np.zeros(len(symbols))
     guessed, missing = [], []
@@ -79,13 +79,13 @@ def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "star
 
 
 def further(eom: Equations, states: Any) -> Array:
-    """The further states: values given by symbol or name, else their defaults."""
+    """Values of the further states, given by symbol or name, or else by default."""
     given = named_values("states", eom.states, states)
     return np.array([finite_number("start value", a.name, given.get(a, a.default)) for a in eom.states], dtype=float)
 
 
 def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
-    """(q, u, a), each value given as a finite number, those of a by default; Euler parameters must be of unit length."""
+    """(q, u, a) from given finite numbers, with defaults for a; Euler parameters must be of unit length."""
     state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u), *further(eom, states)]
     x = np.array(state)
     check_unit_length(eom, x)
@@ -93,7 +93,7 @@ def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
 
 
 def check_unit_length(eom: Equations, x: Array) -> None:
-    """Euler parameters among the values of states x (… × n) are of unit length."""
+    """Raise SimulationError if Euler parameters in states x (… × n) are not of unit length."""
     sets = eom.system.euler_parameters
     place = {c: i for i, c in enumerate(eom.coordinates if sets else ())}
     for s in sets:
@@ -116,10 +116,10 @@ def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
 
 
 def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any]) -> Array:
-    """What is left of the configuration constraints (… × m), over the size of their terms: the same in any units.
+    """Residuals of the configuration constraints (… × m) as fractions of the sizes of their terms, which do not depend on units.
 
-    `terms` (… × m) are their sizes at the state; where these leave doubt, as they may vanish there, the usual ones count too, all
-    symbols but the coordinates at `values`.
+    `terms` (… × m) are the sizes at the state. If these are too small to accept it, as they may vanish there, typical sizes are used,
+    with all symbols except coordinates at `values`.
     """
     shares = np.asarray(np.abs(residual) / np.maximum(terms, _TINY))
     if not residual.shape[-1] or bool((shares <= GIVEN).all()):
@@ -129,7 +129,7 @@ def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[E
 
 
 def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> list[str]:
-    """Which constraints are missed, and by how much; those of a `size`, by default the residual's, of no more than `limit` hold."""
+    """Texts for violated constraints with residuals; a constraint holds if its `size`, by default |residual|, is at most `limit`."""
     sizes = np.abs(residual if size is None else size)
     return [f"{n} by {v:.3g}" for n, v, s in zip(names, residual, sizes, strict=False) if not s <= limit]
 
@@ -137,7 +137,7 @@ def misses(names: Iterable[str], residual: Array, size: Array | None = None, lim
 def check_configuration(
     eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any], what: str, cure: str
 ) -> None:
-    """The configuration constraints hold: `residual` (… × m) is what is left of them; `terms` and `values` as for `open_shares`."""
+    """Raise SimulationError if configuration constraints are violated, given `residual`, `terms` and `values` as in `open_shares`."""
     count = residual.shape[-1]
     if not count:
         return
@@ -148,7 +148,7 @@ def check_configuration(
 
 
 def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:
-    """No closure is turned away from the branch that it means, at any of the coordinates q (… × n); `rest` holds all other values."""
+    """Raise SimulationError if a closure is not on its specified branch at some q (… × n); `rest` gives all other values."""
     conditions = eom.derived.conditions
     angles = conditions.at(rest).turned(q)
     away = angles.any(axis=-1)
@@ -163,7 +163,7 @@ def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, 
 
 
 def check_kinetic_energy(speeds: Sequence[Symbol], m: Array, place: str) -> None:
-    """½ uᵀ M u ≥ 0 for all speeds u at a place; the error names those that take part in a negative one."""
+    """Raise SimulationError if ½ uᵀ M u < 0 for some u, naming the speeds in that direction; `place` is for the message."""
     direction = negative_direction(m)
     if direction is None:
         return

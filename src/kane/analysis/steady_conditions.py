@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The conditions of steady motions and their exact derivatives in X = (q, u, a, inputs, p), and the sizes of both.
+"""The conditions F of steady motions and their exact derivatives in X = (q, u, a, inputs, p), with scaling of both.
 
-f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 of the coordinates that matter,  ȧ = 0 of the further states that do
+f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 for coordinates and ȧ = 0 for further states that affect the speeds
 """
 
 from collections.abc import Callable, Sequence
@@ -20,11 +20,11 @@ from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 
 _ROUNDS = 3
-"""Times that sizes of what moves and of what must vanish follow from each other."""
+"""Iterations of the sizes of X and F, which depend on each other."""
 
 
 class Applying(NamedTuple):
-    """The perturbations, speeds and further states of which rates must vanish."""
+    """Indices of the perturbations, speeds and further states whose rates must vanish."""
 
     constant: tuple[int, ...]
     steady: tuple[int, ...]
@@ -32,7 +32,7 @@ class Applying(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """The sizes of the terms of F; of F and X where both move as far as they do together, `rows` and `columns`."""
+    """The sizes of the terms of F, and the scales `rows` of F and `columns` of X."""
 
     terms: Array
     rows: Array
@@ -41,10 +41,10 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Conditions:
-    """F and ∂F/∂X; `symbols` names X; rates must vanish of the perturbations `constant`, the speeds `steady`, the states `further`.
+    """F and ∂F/∂X; `symbols` names X; the rates of perturbations `constant`, speeds `steady` and states `further` must vanish.
 
-    Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
-    may vanish though nothing is at rest. `quick` are those near states at which the equations were found regular.
+    `steady` includes dependent speeds that follow from affecting coordinates: at a dead centre the acceleration of independent speeds
+    may vanish although the motion is not steady. `quick` omits rank tests, near states where the equations are known to be regular.
     """
 
     numeric: Numeric[Equations]
@@ -58,7 +58,7 @@ class Conditions:
 
     @property
     def eom(self) -> Equations:
-        """The equations."""
+        """The equations of motion."""
         return self.numeric.equations
 
     @property
@@ -68,7 +68,7 @@ class Conditions:
 
     @property
     def applying(self) -> Applying:
-        """What must not change."""
+        """Which rates must vanish."""
         return Applying(self.constant, self.steady, self.further)
 
     @property
@@ -107,7 +107,7 @@ class Conditions:
         return np.concatenate(f), np.vstack(j)
 
     def sizes(self, x: Array) -> Sizes:
-        """How large the terms of F are at X, and what steps from there are measured by."""
+        """The sizes of the terms of F at X, and the scales of F and X."""
         values, z, slopes, solve = self.numbers(x)
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
         size = magnitudes(self.eom, values, slopes, z, x[nq : nq + n])
@@ -127,7 +127,7 @@ class Conditions:
         return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
 
     def numbers(self, x: Array) -> tuple[Values, Array, Slopes, Callable[[Array], Array]]:
-        """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
+        """The values at X, z (zero for constraints alone), their derivatives, and the function that solves for z."""
         eom, state, run = self.eom, self.state(x), coded(self.numeric)
         values = values_at(run, state)
         solve = np.zeros_like if self.constraints_only else (quick_solver if self.quick else solver)(eom, values, state)
@@ -150,10 +150,10 @@ class Conditions:
 
 
 def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
-    """Sizes of f with `terms` (m) and slopes of the size `j` (m × n), and of x, no smaller than the `least`; 1 where nothing tells.
+    """Scales of f and x from the sizes of `terms` of f (m) and of ∂f/∂x, `j` (m × n); `least` bounds those of x; unknown ones are 1.
 
-    An x has the size that changes some terms by theirs. Such changes make terms in other f, which are small where the motion is
-    straight or at rest, and let others move further.
+    The scale of an x is the least change that alters an f by its scale. Such changes also enlarge the scales of other f, which are
+    small for straight motions or at rest, and thereby those of other x.
     """
     rows, columns = terms, np.zeros(len(least))
     for _ in range(_ROUNDS):
@@ -171,9 +171,9 @@ def _unit(s: Symbol | None) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScaledConditions:
-    """F over the sizes of its `rows` and ∂F/∂Y, of Y = X at `places` over the sizes of its `columns`: the same in any units.
+    """F divided by the scales `rows`, and ∂F/∂Y, with Y = X[`places`] divided by the scales `columns`; both do not depend on units.
 
-    The other X stay as at the `start`.
+    The other X have their values at the `start`.
     """
 
     conditions: Conditions
@@ -183,7 +183,7 @@ class ScaledConditions:
     places: Sequence[int]
 
     def spread(self, y: Array) -> Array:
-        """X of Y."""
+        """X from Y."""
         x = self.start.copy()
         x[list(self.places)] = y * self.columns
         return x
@@ -194,15 +194,15 @@ class ScaledConditions:
         return f / self.rows, j[:, list(self.places)] * self.columns / self.rows[:, None]
 
     def last(self, y: Array) -> str:
-        """The last of Y, by name."""
+        """The last entry of Y with its name, as text."""
         return f"{self.conditions.symbols[self.places[-1]].name} = {y[-1] * self.columns[-1]:.6g}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyProblem:
-    """Conditions, a start X, and which entries of X may move; `missing` are those that were left out.
+    """Conditions, a start X, and the indices of the entries of X that may change; `missing` are those without a guess.
 
-    `measured` are the conditions over their sizes at the start.
+    `measured` are the conditions scaled at the start.
     """
 
     conditions: Conditions
@@ -213,7 +213,7 @@ class SteadyProblem:
 
     @property
     def mattering(self) -> tuple[int, ...]:
-        """Entries of X on which something depends."""
+        """Indices of the entries of X that affect the conditions."""
         conditions = self.conditions
         perturbed, eom = conditions.perturbed, conditions.eom
         nq, n = len(eom.coordinates), len(eom.speeds)
@@ -224,7 +224,7 @@ class SteadyProblem:
 
 
 def shares(conditions: Conditions, x: Array) -> Array:
-    """What is left of each condition, over the size of its terms."""
+    """The residual of each condition as a fraction of the size of its terms."""
     f, held = conditions(x)[0], len(conditions.eom.system.holonomic)
     sizes = conditions.sizes(x).terms
     result = share(f, sizes)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`trim` and `equilibrium`: steady motions and equilibria, by Newton's method with exact derivatives in X = (q, u, a, inputs, p).
 
-f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 of the coordinates that matter,  ȧ = 0 of the further states that do
+f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 for coordinates and ȧ = 0 for further states that affect the speeds
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -40,13 +40,13 @@ from kane.program.native.machine import Settings
 from kane.progress import working
 
 _NEAR = (3, 8)
-"""Seeds of the states near the start at which it is asked what depends on what."""
+"""Seeds of random states near the start at which dependences are determined."""
 
 
 def conditions(
     numeric: Numeric[Equations], t: float, start: Array, choice: Preference, moving: Sequence[str]
 ) -> Conditions:
-    """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
+    """The conditions that apply: coordinates on which no speed depends near the start may vary, and so may those in `moving`."""
     eom = numeric.equations
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs, *eom.parameters)
     bare = Conditions(numeric, t, symbols, (), (), constraints_only=True)
@@ -82,10 +82,10 @@ def conditions(
 
 
 def freest(flow: Flow) -> Flow:
-    """The same with those dependent speeds, exchanged one by one, with which the fewest coordinates matter to the independent ones.
+    """The flow with the dependent speeds, found by single exchanges, for which the fewest coordinates affect the independent speeds.
 
-    Along a frame that spins the speeds of a contact change in a steady motion, and where one of them is independent the spin
-    matters.
+    The speeds of a contact along a rotating frame vary in a steady motion; if one of them were independent, the rotation would have to
+    vanish.
     """
     count = len(flow.numeric.equations.speeds)
     least = int(_matter(flow)[: flow.counts[0]].sum())
@@ -105,7 +105,7 @@ def freest(flow: Flow) -> Flow:
 
 
 def _matter(flow: Flow) -> Mask:
-    """Which of the independent coordinates, speeds and further states matter to the speeds."""
+    """Which of the independent coordinates, speeds and further states affect the speeds."""
     return dependence(scaled(flow.a, flow), *flow.counts)
 
 
@@ -115,7 +115,7 @@ _TRIES = 12
 def problem(
     numeric: Numeric[Equations], given: State, moving: Sequence[Any], independent: Sequence[Any]
 ) -> SteadyProblem:
-    """What is to be solved, from what a state gives, guesses and leaves out."""
+    """The steady problem for the values, guesses and missing values of a state."""
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     defaults = {p: p.default for p in eom.parameters if p.default is not None}
     complete = replace(given, parameters=defaults | named_values("parameters", eom.parameters, given.parameters))
@@ -193,7 +193,7 @@ def trim(
 
 
 def _found(task: SteadyProblem, tolerance: float) -> State:
-    """The steady motion of a problem."""
+    """The steady motion that solves a problem; raises ValueMissingError if values left out are not determined."""
     numeric, x = task.conditions.numeric, solve_problem(task, tolerance)
     expected, came = "values that determine the steady motion", "too few: {} can still take other values"
     cure = "Give some of them, or a guess for each: kn.guess(value)."
@@ -206,7 +206,7 @@ def _found(task: SteadyProblem, tolerance: float) -> State:
 
 
 def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:
-    """Those of many states as a Dataset, on the branch of the first."""
+    """The steady motions of many states as a Dataset, on the branch of the first."""
     moving, independent, tolerance = options
     last: dict[int, SteadyProblem] = {}
 
@@ -242,9 +242,9 @@ def equilibrium(
 
 
 def solve_problem(task: SteadyProblem, tolerance: float) -> Array:
-    """X by Gauss–Newton from the start; where something was left out and that fails, from other starts for it.
+    """X by the Gauss–Newton method from the start; if values were left out and this fails, also from other starts.
 
-    A SimulationError says what remains where there is none.
+    Raises SimulationError, with the residuals, if none converges.
     """
     measured, turned = task.measured, _astray(task.conditions)
     spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
@@ -267,7 +267,7 @@ def solve_problem(task: SteadyProblem, tolerance: float) -> Array:
 
 
 def _plain(task: SteadyProblem, best: Closed) -> Array:
-    """Y with what is zero but for rounding made zero: where nothing else has a size, no number is small."""
+    """Y with rounding residues of zero set to zero; without other terms no number could be judged small."""
     free = np.array(task.free, dtype=int)
     tiny = free[np.abs(best.x[free]) <= ROUNDED_CHAIN]
     if not best.x[tiny].any():
@@ -279,7 +279,7 @@ def _plain(task: SteadyProblem, best: Closed) -> Array:
 
 
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
-    """By what angles closures are turned at X."""
+    """A function of X: the angles by which closures are away from their specified branches."""
     eom = conditions.eom
 
     def angles(x: Array) -> Array:
@@ -303,13 +303,13 @@ def _failed(task: SteadyProblem, residual: Array, shares: Array, steps: int) -> 
 
 
 def null_space(task: SteadyProblem, x: Array) -> Array:
-    """Directions of the free entries in which the conditions stay satisfied, one a row (k × free)."""
+    """A basis (k × free), as rows, of the changes of free entries that leave the conditions satisfied."""
     _, j = task.measured(x / task.measured.columns)
     return singular(level(j[:, list(task.free)])).kernel(STATE_RANK)
 
 
 def undetermined(task: SteadyProblem, x: Array, among: Sequence[int]) -> list[str]:
-    """Entries of X among those given that matter and are not determined."""
+    """Names of entries of X `among` some indices that affect the conditions and are not determined by them."""
     if not task.free:
         return []
     directions = np.abs(null_space(task, x)).max(axis=0, initial=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane bench`: what this model costs on this machine."""
+"""`kane bench`: times and operation counts of a model on this machine."""
 
 import time
 from collections.abc import Callable
@@ -52,7 +52,7 @@ def bench(name: Name, as_json: AsJson = False) -> None:
 
 
 def _arguments(eom: kn.Equations, begin: NamedStart, t: float) -> tuple[Any, Any]:
-    """The state and the inputs at START; some number for what it does not say."""
+    """The state and the inputs at START, with arbitrary numbers for missing values."""
     values = {**begin.q, **begin.u, **begin.states}
     x = np.array([float(values.get(s.name, 0.1 * k)) for k, s in enumerate(eom.state, 1)])
     forces = inputs_at(begin.inputs, t)
@@ -66,7 +66,7 @@ def _first(run: Callable[[], Any]) -> tuple[float, Any]:
 
 
 def _each(run: Callable[[], Any], count: int) -> float:
-    """Seconds for one of `count`: the median of rounds, each long enough for the clock."""
+    """Seconds for one of `count` evaluations: the median of rounds, each long enough for the clock."""
     timer, calls = Timer(run), 1
     while (took := timer.timeit(calls)) < _LEAST:
         calls = max(2 * calls, int(calls * _LEAST / max(took, 1e-9)))

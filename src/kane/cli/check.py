@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane check`: what a model is, as JSON and as lines to read, and what is wrong with it."""
+"""`kane check`: a summary of a model, as JSON or as text, with errors and warnings."""
 
 import math
 import time
@@ -44,11 +44,11 @@ _KEYS: dict[str, Mapping[str, str]] = {
     "inputs": {"name": "input", "unit": "unit", "description": "meaning"},
     "parameters": {"name": "parameter", "unit": "unit", "description": "meaning", "default": "default"},
 }
-"""Of each group what is told: JSON's names, and the columns."""
+"""The columns of each group, by their names in JSON."""
 
 
 def summary(model: NamedModel, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
-    """What the model is, ready for JSON."""
+    """The model as data for JSON."""
     groups = {
         group: [{key: _plain(row[column], key) for key, column in keys.items()} for row in DECLARED[group](eom.system)]
         for group, keys in _KEYS.items()
@@ -75,7 +75,7 @@ def _plain(value: Any, key: str) -> Any:
 
 
 def show(what: Mapping[str, Any], told: Sequence[str]) -> None:
-    """Print the summary, and below it what is doubtful."""
+    """Print the summary, and warnings below it."""
     typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
     parts: list[tuple[str, list[tuple[str, ...]]]] = [
         ("Bodies", [(b["name"], b["kind"], f"mass {_brief(b['mass'])} at {b['mass_center']}") for b in what["bodies"]]),
@@ -106,7 +106,7 @@ def show(what: Mapping[str, Any], told: Sequence[str]) -> None:
 
 
 def _kind(speed: Mapping[str, str], what: Mapping[str, Any]) -> str:
-    """Which of the speeds the constraints give; nothing where there are none."""
+    """Whether a speed is dependent or independent; "" without constraints."""
     dependent = what["dependent_speeds"]
     return "dependent" if speed["name"] in dependent else "independent" if dependent else ""
 
@@ -153,7 +153,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
         raise typer.Exit(1) from None
     else:
         told = [str(w.message) for w in caught]
-        # what can be computed but is perhaps not meant
+        # warnings of probable mistakes
         doubtful = [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom), *_signs(eom, numbers)]
         what = summary(model, eom, [*told, *doubtful], took)
         if as_json:
@@ -164,7 +164,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
 
 
 def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dict[kn.Expr, Any]:
-    """The values must be admissible, and the equations finite where the motion starts; all numbers there, if START says them."""
+    """Check that start values are admissible and equations finite at the start; returns all values, if START is complete."""
     groups = (("start value", {**begin.q, **begin.u, **begin.states}), ("value", {**begin.parameters, **begin.inputs}))
     for what, told in groups:
         for name, value in told.items():
@@ -199,14 +199,14 @@ def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dic
 
 
 def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], given: dict[str, Any]) -> list[Any]:
-    """q̇ and u̇, with the dependent speeds that a simulation would go on with where the first ones do not follow."""
+    """q̇ and u̇, with the other dependent speeds that a simulation would choose if the first choice is singular."""
     try:
         rates: list[Any] = eom.evaluate(list(eom.right_hand_side), **given)
     except SingularError:
         a = np.asarray(kn.evaluate(eom.A, numbers), dtype=float)
         other, first = choose(a), eom.embedding
         if first is None or len(other.rows) < len(first.partition.rows):
-            return list(kn.evaluate(list(eom.rates), numbers))  # rank drops: the accelerations of least size are taken
+            return list(kn.evaluate(list(eom.rates), numbers))  # lower rank here: a motion has u̇ of least norm
         eom = repartition(eom, other)
         rates = eom.evaluate(list(eom.right_hand_side), **given)
     return rates
@@ -222,10 +222,10 @@ def _missing(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
 
 
 def _degrees(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
-    """Angles beyond a whole turn, which are perhaps given in degrees."""
+    """Messages about angles beyond a full turn, which may be in degrees."""
     angles = {f: f.orientation.angle for f in eom.system.frames if f.orientation and f.orientation.angle is not None}
     for f, angle in angles.items():
-        symbols = kn.free_symbols([angle])  # a number is warned of where the frame is turned by it
+        symbols = kn.free_symbols([angle])  # numbers cause a warning when the frame is declared
         if symbols and all(s.default is not None for s in symbols):
             value = float(kn.evaluate(angle, {}))
             if abs(value) > _TURN:
@@ -260,6 +260,6 @@ _DOES = {
 
 
 def _signs(eom: kn.Equations, numbers: dict[kn.Expr, Any]) -> Iterator[str]:
-    """What energy says of the signs of loads."""
+    """Messages about loads with doubtful signs."""
     for doubt in doubtful_loads(eom, numbers) if numbers else ():
         yield _DOES[doubt.does].format(name=doubt.load.name, count=DIRECTIONS, most=doubt.most)

@@ -27,7 +27,7 @@ READERS: Mapping[str, str] = {
     ".al": "from_autolev",
     ".in": "from_autolev",
 }
-"""What reads a file, by its ending."""
+"""The reader of a file, by its ending."""
 ROBOTS = ("from_urdf", "from_mjcf")
 
 
@@ -66,7 +66,7 @@ def convert(
 
 
 def _path(source: str) -> Path | None:
-    """The file that is read; None for a system of the gallery."""
+    """The file to read; None for a system of the gallery."""
     if source in GALLERY:
         return None
     path = Path(source)
@@ -74,7 +74,7 @@ def _path(source: str) -> Path | None:
 
 
 def _written(source: str, path: Path | None, options: Mapping[str, bool]) -> tuple[str, list[str]]:
-    """The text of the file, and what was inferred, changed or left out."""
+    """The text of the file, and remarks on what was inferred, changed or left out."""
     if path is None or (path.suffix == ".py" and path == Path(source)):
         model = model_of(source)
         span = None if model.span == SPAN else model.span
@@ -96,7 +96,7 @@ def _reader(path: Path) -> str:
 
 
 def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
-    """An object of a Python file: a kane System, or what `kn.from_sympy_mechanics` reads."""
+    """An object in a Python file: a kane System, or an argument of `kn.from_sympy_mechanics`."""
     with user_code(path), redirect_stdout(sys.stderr):
         module = imported(path)
         found: Any = getattr(module, name, None)
@@ -110,7 +110,7 @@ def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
 
 
 def _of(model: Imported, title: str) -> tuple[str, list[str]]:
-    """An imported model, with its remarks at the head of the file."""
+    """The text of an imported model, with its remarks at the head of the file."""
     remarks = [str(r) for r in model.remarks if r.kind not in ("read", "checked")]
     start = _start_of(model)
     text = kn.exchange.to_python(model.system, title=title.replace("_", " "), start=start, remarks=remarks)
@@ -118,7 +118,7 @@ def _of(model: Imported, title: str) -> tuple[str, list[str]]:
 
 
 def _start_of(model: Imported) -> dict[str, dict[str, Any]]:
-    """The values that the source, or its reader, has for a start, by name; none where constraints admit none near by."""
+    """Start values from the source or its reader, by name; none if constraints cannot be satisfied near them."""
     told = model.extras.get("start")
     groups = {kind: getattr(told, kind, None) or {} for kind in KINDS}
     if any(isinstance(v, Guess) for values in groups.values() for v in values.values()):

@@ -24,7 +24,7 @@ _DOES = {"slip": "slides", "stick": "rolls"}
 
 
 def run(out: Path) -> bool:
-    """Derive, print, check, simulate, report; whether every check passed."""
+    """Derive, print, check, simulate and report; returns whether every check passed."""
     screen = Console(highlight=False)
     began = time.perf_counter()
     disk = rolling_disk.model()
@@ -45,7 +45,7 @@ def run(out: Path) -> bool:
 
     _heading(screen, f"Motion, thrown forward with backspin, {disk.mu} = {FRICTION:g}")
     start = STARTS["rolling_disk"]
-    whole = kn.derive(skidding_disk.system())  # the same friction as a contact, which sticks, too
+    whole = kn.derive(skidding_disk.system())  # the same friction as a contact, which can also stick
     sol = kn.simulate(whole, (0, SPAN), q=start["q"], u=start["u"], parameters={disk.mu: FRICTION})
     for t, modes in sol.mode_history:
         _line(screen, f"t = {t:.6f} s: the disk {_DOES[modes['ground']]}")

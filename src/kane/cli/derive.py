@@ -45,18 +45,18 @@ def derive(
 
 
 def derived(model: NamedModel) -> kn.Equations:
-    """The model's equations; says so where they take long."""
+    """The model's equations; shows progress if the derivation takes long."""
     with working("Deriving"), user_code(model.path, "System"):
         return kn.derive(model.system)
 
 
 def inputs_at(inputs: Mapping[str, Any], t: float) -> dict[str, Any]:
-    """What inputs are at a time, of which some are functions."""
+    """The values of inputs at a time, with functions evaluated."""
     return {name: f(t) if callable(f) else f for name, f in inputs.items()}
 
 
 def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
-    if step.number == 1:  # it names the coordinates, and says nothing of them
+    if step.number == 1:  # step 1 has coordinates without formulas
         between, shown = [], [{"name": q.name, "text": "", "latex": symbol_latex(q)} for q in eom.coordinates]
     else:
         between, shown = (
@@ -78,7 +78,7 @@ def _latex(step: Step, eom: kn.Equations) -> str:
 
 UNIT = "fmu"
 Target: Any = StrEnum("Target", {name: name for name in (*EMITTERS, *BINARY, UNIT)})  # type: ignore[misc]  # rows of tables
-"""What `Compiled.emit` can print, and units of co-simulation."""
+"""The targets of `Compiled.emit`, and co-simulation units."""
 
 
 def emit(
@@ -142,7 +142,7 @@ def emit(
 
 
 def _check_options(target: str, with_integrator: str | None, period: float | None, out: Path | None) -> None:
-    """Misuse of options that do not go together."""
+    """Raise Misuse for options that exclude each other."""
     if with_integrator is not None and target not in ("c", "wasm", UNIT):
         raise Misuse(f"Expected --target c, wasm or fmu with --with-integrator, got {target}.")
     if target == UNIT and (out is None or period is not None):
@@ -156,7 +156,7 @@ def _check_options(target: str, with_integrator: str | None, period: float | Non
 
 
 def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, method: str | None) -> None:
-    """A functional mock-up unit of a model, from its START on."""
+    """Write a functional mock-up unit of a model with its START."""
     t = model.span[0]
     given = {kind: dict(model.start[kind]) for kind in KINDS if model.start.get(kind)}
     given["inputs"] = inputs_at(given.get("inputs", {}), t)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `kane` alone and `--help` say: groups of commands, arguments and options, examples."""
+"""The texts of `kane` without arguments and of `--help`: groups of commands, arguments and options, examples."""
 
 import os
 import textwrap
@@ -18,7 +18,7 @@ GROUPS = {
     "Pictures": ("sketch", "animate", "report"),
     "Compiled code": ("cache",),
 }
-"""The commands in the order in which they are wanted."""
+"""The commands by group, in the order of use."""
 
 FIRST = (
     ("kane gallery", "models that are ready to look at"),
@@ -27,7 +27,7 @@ FIRST = (
     ("kane check model.py", "what it declares, and whether it is sound"),
     ("kane report model.py", "its derivation and its motion as a page"),
 )
-"""What to do first."""
+"""First steps."""
 
 EXAMPLES = {
     "kane": FIRST,
@@ -55,32 +55,32 @@ EXAMPLES = {
     "report": (("kane report pendulum --out pendulum.html", ""),),
     "cache": (("kane cache info", "where it is, and how large"),),
 }
-"""Lines to try, by command, each with what it does."""
+"""Examples by command, each with its effect."""
 
 
 class Command(TyperCommand):
-    """A command whose help is of one style with what it prints."""
+    """A command with help in the style of its output."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Usage, what it does, arguments and options, examples."""
+        """Write usage, description, arguments and options, examples."""
         formatter.write(_page(ctx, self, [("Options", _parameters(self))]))
 
 
 class Guarded(TyperGroup):
-    """Commands whose errors, those of their arguments too, are shown by `guarded`."""
+    """A group of commands; errors, including those of arguments, are shown by `guarded`."""
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:
-        """Read the options that stand before the command."""
+        """Parse the options before the command."""
         with guarded():
             return super().make_context(*arguments, **({"color": screen.coloured()} | more))
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for."""
+        """Run the command."""
         with guarded():
             return super().invoke(ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Usage, the commands by group, options, examples."""
+        """Write usage, the commands by group, options, examples."""
         groups = [(title, [n for n in names if n in self.commands]) for title, names in GROUPS.items()]
         listed = {name for _, names in groups for name in names}
         groups.append(("Commands", [name for name in self.commands if name not in listed]))
@@ -89,7 +89,7 @@ class Guarded(TyperGroup):
 
 
 def welcome() -> None:
-    """What to do first."""
+    """Print the first steps."""
     typer.echo(f"{typer.style('kane', bold=True)} derives equations of motion by Kane's method, and simulates.")
     screen.heading("Begin with")
     screen.table(FIRST)
@@ -112,7 +112,7 @@ def _page(ctx: Any, command: Any, parts: list[tuple[str, list[tuple[str, str]]]]
 
 
 def _parameters(command: Any) -> list[tuple[str, str]]:
-    """A row an argument or option."""
+    """A row for each argument or option."""
     shown = [p for p in command.params if not getattr(p, "hidden", False) and p.name not in _LEFT_OUT]
     return [*map(_row, shown), ("--help", "Print this and leave.")]
 
@@ -129,11 +129,11 @@ _KINDS = {
     "str": "TEXT",
     "text": "TEXT",
 }
-"""What an option takes, by the type that its parameter has."""
+"""Metavariables of options, by the type of the parameter."""
 
 
 def _row(p: Any) -> tuple[str, str]:
-    """What an argument or option is called and takes; its meaning with what it may be and what it is where it is left out."""
+    """Name and metavariable of an argument or option; its meaning, with choices and default."""
     options = screen.choices(p)
     told = f" One of {', '.join(options)}." if options else ""
     default = p.show_default if isinstance(p.show_default, str) else p.default if p.show_default else None
@@ -147,6 +147,6 @@ def _row(p: Any) -> tuple[str, str]:
 
 
 def _first_sentence(text: str | None) -> str:
-    """Up to the first full stop, semicolon or colon."""
+    """The text up to the first full stop, semicolon or colon."""
     line = " ".join((text or "").split())
     return line.split("; ")[0].split(": ")[0].rstrip(".")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What MODEL names: a system of the gallery, or a Python file with `system()`; `kane new`; options that several commands share."""
+"""The models that MODEL can name: systems of the gallery, or Python files with `system()`; `kane new`; options of several commands."""
 
 import difflib
 import inspect
@@ -30,7 +30,7 @@ KINDS = ("q", "u", "parameters", "inputs", "states")
 """The keys of START."""
 
 SPAN = (0.0, 5.0)
-"""The times of a motion where a module says none."""
+"""The default span of a motion."""
 
 OF_OTHERS = frozenset((".urdf", ".xml", ".mjcf", ".al", ".a", ".txt"))
 """Endings of models of other tools."""
@@ -38,7 +38,7 @@ OF_OTHERS = frozenset((".urdf", ".xml", ".mjcf", ".al", ".a", ".txt"))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedModel:
-    """A system with what its module says about it; `start` holds values by name for each of `KINDS`."""
+    """A system with the data of its module; `start` contains values by name for each of `KINDS`."""
 
     name: str
     title: str
@@ -52,10 +52,10 @@ class NamedModel:
 
 
 def model_of(text: str) -> NamedModel:
-    """The model that the argument MODEL means.
+    """The model for the argument MODEL.
 
-    Misuse where it is neither in the gallery nor a file; ModelError where the file has no `system()`, or one that gives something
-    else; UserError where the file's own code fails.
+    Raises Misuse if it is neither in the gallery nor a file; ModelError if the file has no `system()` that returns a System; UserError
+    if the file's own code fails.
     """
     if text in GALLERY:
         module = load(text)
@@ -69,7 +69,7 @@ def model_of(text: str) -> NamedModel:
     if path.suffix.lower() in OF_OTHERS:
         cure = f"`kane convert {path} -o model.py` makes one of it."
         raise Misuse(f"Expected a system of the gallery or a Python file as MODEL, got {path}. {cure}")
-    with user_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
+    with user_code(path), redirect_stdout(sys.stderr):  # output of the file must not mix with results
         return _model(path.stem, imported(path), path, {}, function)
 
 
@@ -97,10 +97,10 @@ def _unknown(text: str, path: Path) -> str:
 
 
 class _Loader(SourceFileLoader):
-    """Compiles the file anew each time and leaves no __pycache__ beside it."""
+    """A loader that always compiles the file, and writes no __pycache__ beside it."""
 
     def get_code(self, fullname: str) -> CodeType:
-        """The file's code."""
+        """The compiled code of the file."""
         try:
             code: CodeType = self.source_to_code(self.get_data(self.path), self.path)
         except OSError as error:
@@ -111,8 +111,8 @@ class _Loader(SourceFileLoader):
 
 
 def imported(path: Path) -> ModuleType:
-    """A Python file as a module."""
-    name = f"kane_model_{path.stem}"  # no name that something else imports
+    """A Python file imported as a module."""
+    name = f"kane_model_{path.stem}"  # a name that nothing else imports
     spec = spec_from_file_location(name, path, loader=_Loader(name, str(path.resolve())))
     if spec is None or spec.loader is None:
         raise Misuse(f"Expected a Python file as MODEL, got {path}.")
@@ -220,7 +220,7 @@ STARTS: dict[str, Mapping[str, Mapping[str, float]]] = {
         "u": {"u1": 0.0, "u2": 2.0, "u3": 25.0, "u4": 2.0, "u5": 0.0},
     },
 }
-"""START of each system by name, with the speeds it has by default."""
+"""START of each system of the gallery by name, with default speeds."""
 
 
 Name = Annotated[

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the commands write: lines, tables, JSON, files; and what goes wrong, in few lines and an exit code, never as a traceback."""
+"""Output of the commands: lines, tables, JSON, files; and errors, as a few lines and an exit code, never as a traceback."""
 
 import ast
 import errno
@@ -29,30 +29,30 @@ from kane.present.formula_list import WIDTH
 from kane.whole import exchange, refusal
 
 LINES = 15
-"""At most as many lines of a message are shown."""
+"""Largest number of lines of a message."""
 UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-"""How lines are wrapped: at spaces alone."""
+"""Options of line wrapping: at spaces only."""
 _MODEL, _USAGE, _INTERRUPTED = 1, 2, 130
 
 
 class Misuse(ArgumentError):
-    """The command was called with something it cannot use."""
+    """The command was called with unusable arguments."""
 
 
 class UserError(Exception):
-    """An error of the user's own Python code; its text is the traceback through that code alone."""
+    """An error in the user's Python code; its text is the traceback through that code only."""
 
 
 _UsageError: type[Any] = typer.BadParameter.__mro__[1]
 
 
 def coloured() -> bool | None:
-    """False where the environment asks for none (https://no-color.org); else a terminal decides."""
+    """False if the environment disables colours (https://no-color.org); otherwise the terminal decides."""
     return False if os.environ.get("NO_COLOR") else None
 
 
 def complain(kind: str, message: str) -> None:
-    """An error or warning on stderr: a headline, and what belongs to it below."""
+    """Print an error or warning on stderr: a headline, and details below."""
     text = shown(f"{kind}: {message}")
     head = typer.style(f"{kind}:", bold=True, fg="red" if kind == "error" else "yellow")
     typer.echo(head + text.removeprefix(f"{kind}:"), err=True, color=coloured())
@@ -60,7 +60,7 @@ def complain(kind: str, message: str) -> None:
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Show the errors and warnings of what runs inside; leave with 1 (the model), 2 (usage) or 130 (Ctrl-C)."""
+    """Show errors and warnings of the code in the context; exit with 1 (model), 2 (usage) or 130 (Ctrl-C)."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", KaneWarning)
         plain = warnings.showwarning
@@ -87,7 +87,7 @@ def guarded() -> Iterator[None]:
             complain("error", message_of(error))
             raise typer.Exit(_USAGE if isinstance(error, Misuse) else _MODEL) from None
         except OSError as error:
-            if error.errno in (None, errno.EPIPE):  # who reads has gone: the command line knows what to do
+            if error.errno in (None, errno.EPIPE):  # the reader of a pipe has exited, which typer handles
                 raise
             place = f" to {error.filename}" if error.filename else ""
             complain("error", f"Expected to write{place}, got {error.strerror}.")
@@ -99,7 +99,7 @@ def guarded() -> Iterator[None]:
 
 
 def _misused(error: Any) -> str:
-    """What is wrong with the arguments of the command, and where they are explained."""
+    """The error in the arguments of a command, and a reference to its help."""
     path = error.ctx.command_path if error.ctx else "kane"
     return f"{_error_message(error, path)}\nSee `{path} --help`."
 
@@ -131,30 +131,30 @@ def _error_message(error: Any, path: str) -> str:
 
 
 def called(param: Any) -> str:
-    """How an argument or option is written."""
+    """The name of an argument or option as written by the user."""
     return str(param.opts[0] if param.param_type_name == "option" else param.metavar or param.name.upper())
 
 
 def choices(param: Any) -> list[str]:
-    """The values that an option may have, where they are a list."""
+    """The values that an option may have, if they are a list."""
     kind = _annotation(param)
     members: Any = kind if isinstance(kind, EnumType) else getattr(getattr(param, "type", None), "choices", ())
     return [str(getattr(member, "value", member)) for member in members]
 
 
 def kind_of(param: Any) -> str:
-    """The name of the type that an option takes."""
+    """The name of the type of an option."""
     kind = _annotation(param)
     return "bool" if getattr(param, "is_flag", False) else str(getattr(kind, "__name__", getattr(kind, "name", "")))
 
 
 def _annotation(param: Any) -> Any:
-    """The type of an argument or option: releases of typer keep it in different places."""
+    """The type of an argument or option, whose location depends on the release of typer."""
     return getattr(getattr(param, "type_descriptor", None), "annotation", getattr(param, "type", None))
 
 
 def _leave_stdout() -> None:
-    """What could not be written is not tried again at exit."""
+    """Flush stdout; if that fails, redirect it to the null device, so that the interpreter does not try again at exit."""
     with suppress(OSError, ValueError):
         sys.stdout.flush()
         return
@@ -163,17 +163,17 @@ def _leave_stdout() -> None:
 
 
 def message_of(error: Exception) -> str:
-    """The error's message, and in which line of the user's code it arose."""
+    """The message of an error, with its notes on the line of the user's code."""
     return "\n".join([str(error), *getattr(error, "__notes__", ())])
 
 
 def columns(most: int = WIDTH) -> int:
-    """How wide the terminal is, at most; `most` where there is none."""
+    """The width of the terminal, at most `most`, which is the default without a terminal."""
     return min(most, shutil.get_terminal_size((most, 0)).columns)
 
 
 def shown(message: str, most: int = LINES) -> str:
-    """The message in lines that fit a terminal, `most` at most; the last line, which says where, is kept."""
+    """The message in lines that fit a terminal, at most `most`, including the last one, which gives the location."""
     lines = [line for part in message.splitlines() for line in prose(part)]
     if len(lines) <= most:
         return "\n".join(lines)
@@ -190,10 +190,10 @@ def prose(text: str) -> list[str]:
 
 @contextmanager
 def user_code(path: Path | None, about: str = "") -> Iterator[None]:
-    """Run code that may be the user's, of the model file `path`.
+    """Run code of the user's, in the model file `path`.
 
-    A KaneError gets a note of the line it arose in, or, where that is none of the user's, of the line that calls or sets `about`; any
-    other error becomes a UserError, one of syntax and an exit too, unless it is none of that code's.
+    A KaneError gets a note with the line where it arose or, outside the user's code, the line that calls or sets `about`; any other
+    error in that code, including syntax errors and exits, becomes a UserError.
     """
     if path is None:
         yield
@@ -205,7 +205,7 @@ def user_code(path: Path | None, about: str = "") -> Iterator[None]:
         if frames:
             error.add_note(_location(frames[-1].filename, frames[-1].lineno, frames[-1].line))
         elif isinstance(error, Misuse) or hasattr(error, "__notes__"):
-            pass  # the command's options are wrong, or a line is named already
+            pass  # wrong options of the command, or a line already noted
         elif about and (place := _line_of(about, path)) is not None:
             error.add_note(_location(path, *place))
         raise
@@ -222,7 +222,7 @@ def user_code(path: Path | None, about: str = "") -> Iterator[None]:
 
 
 def warning_location(warning: warnings.WarningMessage, path: Path | None) -> str:
-    """Where in the user's code a warning arose; empty where it did elsewhere."""
+    """The line of the user's code where a warning arose; "" for other code."""
     if path is None or not _is_theirs(warning.filename, path):
         return ""
     return _location(warning.filename, warning.lineno, linecache.getline(warning.filename, warning.lineno))
@@ -253,13 +253,13 @@ def _names(node: ast.Call | ast.Assign, name: str) -> bool:
 
 
 def short(path: str | Path) -> str:
-    """The path as seen from the working folder, where it lies in it."""
+    """The path relative to the working folder, if it is inside it."""
     here, whole = Path.cwd(), Path(path).resolve()
     return str(whole.relative_to(here) if whole.is_relative_to(here) else whole)
 
 
 def _theirs(frames: traceback.StackSummary, path: Path) -> traceback.StackSummary:
-    """The frames of the user's code: neither in kane, nor in Python, nor in an installed package."""
+    """The frames of the user's code: outside of kane, Python and installed packages."""
     return traceback.StackSummary.from_list([f for f in frames if _is_theirs(f.filename, path)])
 
 
@@ -277,7 +277,7 @@ _FOREIGN = (
 
 
 def _trimmed(report: traceback.TracebackException, path: Path) -> str:
-    """The traceback through the user's frames; of what it was raised from, the part that is theirs."""
+    """The traceback through the user's frames, also for the errors from which it was raised."""
     at: traceback.TracebackException | None = report
     while at is not None:
         at.stack = _theirs(at.stack, path)
@@ -291,21 +291,21 @@ def _trimmed(report: traceback.TracebackException, path: Path) -> str:
 
 
 _WIDEST = 10_000
-"""Columns of a table that no terminal shows: its lines are read by programs."""
+"""Width of output that is not a terminal, whose lines are read by programs."""
 
 
 def say(text: str, **style: Any) -> None:
-    """A sentence or two, in lines that fit the terminal."""
+    """Print sentences in lines that fit the terminal."""
     typer.secho(shown(text), **style)
 
 
 def heading(text: str) -> None:
-    """A title above a table."""
+    """Print a title above a table."""
     typer.echo(f"\n{typer.style(text, bold=True)}")
 
 
 def table(rows: Sequence[Sequence[str]], indent: int = 2) -> None:
-    """Rows in aligned columns; an empty column is left out, and a row that is wider than the terminal goes on in the next line."""
+    """Print rows in aligned columns, without empty columns; rows wider than the terminal continue on the next line."""
     for line in rows_of(rows, indent):
         typer.echo(line)
 
@@ -326,12 +326,12 @@ def rows_of(rows: Sequence[Sequence[str]], indent: int = 2) -> list[str]:
 
 
 def as_json(value: Any) -> None:
-    """A value as JSON, what is not finite as null."""
+    """Print a value as JSON, with null for numbers that are not finite."""
     typer.echo(json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def operations(count: Operations) -> dict[str, Any]:
-    """An operation count, ready for JSON."""
+    """An operation count as data for JSON."""
     tiers = {"total": count.total, "state": count.state, "parameter": count.parameter}
     return {**tiers, "by_operation": dict(count.by_operation)}
 
@@ -348,7 +348,7 @@ def _plain(value: Any) -> Any:
 
 
 def target(path: Path, source: Path | None, force: bool = False) -> Path:
-    """Where a result may be written: Misuse over the model, over a file unless `force`, or where no file can be; folders are made."""
+    """A path to write to, with folders made; raises Misuse for the model's file, an existing file without `force`, or a folder."""
     if source is not None and path.resolve() == source.resolve():
         raise Misuse(f"Expected another file to write than the model's own, got {path}.")
     try:
@@ -363,18 +363,18 @@ def target(path: Path, source: Path | None, force: bool = False) -> Path:
 
 
 def ending(path: Path | None, endings: Collection[str], option: str = "--out") -> None:
-    """Misuse where a file to write ends in something else."""
+    """Raise Misuse if a file to write has another ending."""
     if path is not None and path.suffix.lower() not in endings:
         raise Misuse(f"Expected {option} FILE that ends in {', '.join(endings)}, got {path}.")
 
 
 def put(path: Path, content: str | Callable[[Path], object], force: bool) -> None:
-    """Write a text, or let `content` write; over a file that came in the meantime only by `force`."""
+    """Write a text, or let `content` write; a file created in the meantime is replaced only with `force`."""
     write = content if callable(content) else partial(Path.write_text, data=content, encoding="utf-8")
     exchange(path, write, None if force else lambda _: False, Misuse)
 
 
 def write(path: Path, content: str | Callable[[Path], object], force: bool) -> None:
-    """Write, and say where."""
+    """Write, and print the path."""
     put(path, content, force)
     typer.echo(f"Written: {path}", err=True)

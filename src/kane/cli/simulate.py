@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane simulate`: a motion from START as the options change it, as figures, table or drawing; `kane report`: with its derivation."""
+"""`kane simulate`: a motion from START with changes by options, as numbers, table or drawing; `kane report`: with its derivation."""
 
 import csv
 import math
@@ -29,7 +29,7 @@ _WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input", "further s
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedStart:
-    """Values by name for `simulate`, and the options that give those which are missing."""
+    """Values by name for `simulate`, and options for the missing ones."""
 
     q: Mapping[str, Any]
     u: Mapping[str, Any]
@@ -42,7 +42,7 @@ class NamedStart:
 def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> NamedStart:
     """START, changed by `told`: texts NAME=VALUE for some of `KINDS`.
 
-    A name that the system does not have is Misuse in `told`, and a ModelError in START.
+    A name that the system does not have raises Misuse in `told`, and ModelError in START.
     """
     with user_code(model.path, "START"):
         begin = declared_start(model, eom, told)
@@ -50,7 +50,7 @@ def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str]
 
 
 def declared_start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> NamedStart:
-    """As `start`, but what START guesses or leaves out is not solved for."""
+    """As `start`, without solving for values that START guesses or leaves out."""
     symbols_of: dict[str, list[Any]] = {
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
@@ -97,12 +97,12 @@ def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
 
 
 def _assembled(eom: kn.Equations, begin: NamedStart, t: float) -> NamedStart:
-    """What START guesses or leaves out solved for, where the constraints give it."""
+    """The start with guessed and missing values solved for, as far as constraints determine them."""
     values = {p.name: p.default for p in eom.parameters} | dict(begin.parameters)
     if None in values.values():
         return begin
     inputs = inputs_at(begin.inputs, t)
-    for speeds in (begin.u, None):  # where too few speeds are given the coordinates are solved for all the same
+    for speeds in (begin.u, None):  # without speeds, coordinates are solved for if too few speeds are given
         try:
             assembled = kn.assemble(eom, q=begin.q, u=speeds, parameters=values, inputs=inputs, t=t)
         except ValueMissingError:
@@ -120,7 +120,7 @@ def _expected(kind: str, names: Sequence[str]) -> str:
 
 
 def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float | None) -> kn.Solution:
-    """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
+    """The motion from the start of SPAN to `end`, or to the end of SPAN; raises Misuse if start values are missing."""
     check_complete(begin.missing)
     span = (model.span[0], model.span[1] if end is None else end)
     if not span[0] < span[1] < math.inf:
@@ -134,7 +134,7 @@ def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float |
 
 
 def check_complete(missing: Sequence[str]) -> None:
-    """Misuse where start values are missing, by the options that give them."""
+    """Raise Misuse for missing start values, naming the options for them."""
     if missing:
         raise Misuse(
             f"Expected a value for everything at the start, got none for some: add {' '.join(missing)}, or set them in START of "
@@ -186,10 +186,10 @@ def simulate(
 
 
 def summary(sol: kn.Solution) -> dict[str, Any]:
-    """A motion in figures, ready for JSON."""
+    """A summary of a motion as data for JSON."""
     eom, check = sol.equations, energy_check(sol)
     energy = sol.energy_check
-    singular = isinstance(sol.event, KinematicsEnd)  # of the coordinates, not of the model
+    singular = isinstance(sol.event, KinematicsEnd)  # singular coordinates, not a fault of the model
     rows = {s.name: np.asarray(sol[s]) for s in (*eom.state, *eom.reactions)}
     return {
         "ok": check.passed and sol.status != "stopped" and not singular,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The chapters of a report on steady motions: one near START, and those along a value that changes."""
+"""The chapters of a report on steady motions: one near START, and a branch as a value changes."""
 
 from typing import Any
 
@@ -10,13 +10,13 @@ from kane.cli.derive import inputs_at
 from kane.cli.screen import Misuse
 
 _POINTS = 41
-"""Points of a branch."""
+"""Number of points of a branch."""
 
 
 def steady_chapters(eom: kn.Equations, begin: Any, t: float, linearization: bool, locus: str | None) -> dict[str, Any]:
-    """What `report` is given: the steady motion or equilibrium to which START is a guess, linearized; the branch NAME=LOW:HIGH.
+    """Arguments of `report`: the linearization at the steady motion or equilibrium near START; the branch NAME=LOW:HIGH.
 
-    Inputs are what they are at the time t.
+    Inputs have their values at the time t.
     """
     guesses = {kind: {s: kn.guess(float(v)) for s, v in getattr(begin, kind).items()} for kind in ("q", "u", "states")}
     given: dict[str, Any] = {**guesses, "parameters": begin.parameters, "inputs": inputs_at(begin.inputs, t)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane sweep`: the motions of a design, written to a store, which goes on where it was left."""
+"""`kane sweep`: motions for a design of experiments, written to a store; a second call continues an interrupted one."""
 
 import re
 from collections import Counter
@@ -18,10 +18,10 @@ from kane.cli.simulate import NamedStart, check_complete, declared_start
 from kane.errors import alike, cut
 
 _TOGETHER = 2**16
-"""Instances whose causes are read at a time."""
+"""Number of instances whose causes are read at a time."""
 _CAUSES = 10
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[-+]?\d+)?")
-"""Causes that differ in their numbers alone count as one."""
+"""Numbers in causes; causes that differ only in these count as one."""
 
 
 def sweep(
@@ -92,7 +92,7 @@ def _design(texts: Sequence[str], sampler: str, eom: kn.Equations) -> dict[str, 
 
 
 def _without(begin: NamedStart, design: Mapping[str, Any], solved: tuple[str, ...]) -> dict[str, Any]:
-    """What is the same of all instances by kind; Misuse where something has no value, unless constraints give it (`solved`)."""
+    """Values common to all instances by kind; raises Misuse for missing values, unless constraints determine them (`solved`)."""
     missing = [option for option in begin.missing if option.split()[1].removesuffix("=…") not in design]
     check_complete([option for option in missing if not option.startswith(solved)])
     kinds = {kind: {s: v for s, v in getattr(begin, kind).items() if s not in design} for kind in KINDS}
@@ -100,7 +100,7 @@ def _without(begin: NamedStart, design: Mapping[str, Any], solved: tuple[str, ..
 
 
 def _summary(model: NamedModel, runs: Any, store: Path) -> dict[str, Any]:
-    """How many instances ended how, and why, ready for JSON, read some at a time; of causes that differ in numbers the first one."""
+    """Numbers of instances by status and cause, as data for JSON, read in blocks; causes that differ in numbers have one example."""
     statuses: Counter[str] = Counter()
     causes: Counter[tuple[str, str]] = Counter()
     examples: dict[tuple[str, str], str] = {}

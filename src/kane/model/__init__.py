@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 2: what the engineer declares. Checks here are local; what needs derivation is checked in `dynamics`."""
+"""Layer 2: declarations of a mechanical system. Checks here are local; those that need derivation are in `dynamics`."""
 
 from kane.lazy_imports import offered
 

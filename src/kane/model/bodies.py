@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies: what has mass, as parts that each have a mass centre and, where they are extended, a frame and an inertia.
+"""Bodies, as parts that each have a mass, a mass centre and, if they are extended, a frame and an inertia.
 
-Masses and inertias that no body can have are refused where the defaults of the parameters tell. A central inertia is
-symmetric, its principal moments are not negative, and none is larger than the sum of the other two (∫ (y² + z²) dm ≤
-∫ (x² + z²) dm + ∫ (x² + y²) dm; equal for what is flat).
+Masses and inertias that are impossible at default parameters are refused. A central inertia is symmetric, its principal moments are
+not negative, and none is larger than the sum of the other two (∫ (y² + z²) dm ≤ ∫ (x² + z²) dm + ∫ (x² + y²) dm; equal for a flat
+body).
 """
 
 import math
@@ -33,9 +33,9 @@ from kane.space.vector import Dyadic, angular_velocity, check_connected
 
 
 class Part(NamedTuple):
-    """What moves as one in the body `name`: a mass at a mass centre, and the frame of a central inertia dyadic, if it has any.
+    """A rigid part of the body `name`: a mass at a mass centre, and the frame and central inertia dyadic, if it is extended.
 
-    A point of a flexible body whose momentum is not m v has `momenta`: Σ μ v of these points, itself among them, where μ of P for
+    A point of a flexible body whose momentum is not m v has `momenta`: Σ μ v over these points, itself included, where μ of P for
     Q is that of Q for P, and the mass is Σ μ. The kinetic energy is then ½ Σ μ v^P·v^Q over all pairs.
     """
 
@@ -49,35 +49,35 @@ class Part(NamedTuple):
 
 @runtime_checkable
 class Body(Protocol):
-    """What has mass: a name, and parts."""
+    """A body: a name, and parts with mass."""
 
     @property
     def name(self) -> str:
-        """By which results are read."""
+        """The name, by which results are accessed."""
 
     def parts(self) -> tuple[Part, ...]:
-        """What has mass, motion and inertia."""
+        """The parts with mass, motion and inertia."""
 
 
 @runtime_checkable
 class Deforming(Body, Protocol):
-    """A body with coordinates of its own, the rates of these as speeds, and loads that belong to it."""
+    """A deformable body, with its own coordinates, their rates as speeds, and its own loads."""
 
     coordinates: tuple[Coordinate, ...]
     speeds: Mapping[Speed, Expr]
     named: frozenset[Symbol]
-    """Its symbols that got units without being asked."""
+    """Symbols with units assigned by the body."""
 
     @property
     def own_loads(self) -> tuple[Any, ...]:
-        """The loads that its deformation exerts."""
+        """The loads due to its deformation."""
 
     @property
     def mass(self) -> Expr:
-        """Of the whole."""
+        """Mass of the whole body."""
 
     def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
-        """Whether some of the definitions hold a rate of it."""
+        """Whether a definition contains the rate of one of its coordinates."""
 
 
 def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
@@ -86,7 +86,7 @@ def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
 
 
 def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
-    """The bodies with coordinates of their own."""
+    """The deformable bodies."""
     return _deforming(tuple(bodies))
 
 
@@ -96,12 +96,12 @@ def _deforming(bodies: tuple[Body, ...]) -> tuple[Deforming, ...]:
 
 
 def _deforms(body: Body) -> TypeGuard[Deforming]:
-    """Whether it is one of those; a look at all that a protocol asks for takes long, and most lack the first."""
+    """Whether a body is deformable; tested for one attribute first, as the test of a whole protocol is slow."""
     return hasattr(type(body), "own_loads") and isinstance(body, Deforming)
 
 
 def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:
-    """The loads that bodies bring with them."""
+    """The loads that belong to deformable bodies."""
     return tuple(load for body in deforming(bodies) for load in body.own_loads)
 
 
@@ -190,7 +190,7 @@ class RigidBody(Immutable):
 
 
 def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[Any, ...]) -> Dyadic:
-    """The central inertia of a body whose inertia is given about another point of it."""
+    """The central inertia of a body from that about another point of it."""
     expected = f"inertia=dyadic, about the mass centre, or inertia=(dyadic, point) for {name}"
     dyadic, point = expect.pair(about, expected)
     expect.that(isinstance(dyadic, Dyadic) and isinstance(point, Point), expected, about)
@@ -209,9 +209,9 @@ _PAIRS = ((0, 1), (1, 2), (2, 0))
 
 
 def check_mass(name: str, mass: Expr) -> None:
-    """A mass is constant, and not below zero at the defaults of its parameters.
+    """Raise ModelError unless a mass is constant, and not negative at default parameters.
 
-    Of what leaves or joins, and takes momentum along, nothing is said.
+    With a varying mass, the momentum of the mass that leaves or joins would be missing.
     """
     varying = (s for s in free_symbols([mass]) if not isinstance(s, Parameter))
     came = "one with {} in it: the momentum that leaves or joins, ṁ v, would be missing"
@@ -224,7 +224,7 @@ def check_mass(name: str, mass: Expr) -> None:
 
 
 def check_inertia(name: str, inertia: Dyadic) -> None:
-    """A central inertia is symmetric, without negative moments; a warning where the triangle inequality does not hold."""
+    """Raise ModelError unless a central inertia is symmetric with nonnegative moments; warn of a violated triangle inequality."""
     n = _numbers(inertia)
     if n is None:
         return
@@ -250,9 +250,9 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
 
 
 def moments(part: Part, constants: Mapping[Expr, Any]) -> Array | None:
-    """Central principal moments (… × 3) at values of the parameters, numbers or columns, rising.
+    """Central principal moments (… × 3) in ascending order, at values of the parameters, numbers or columns.
 
-    None without inertia, where it holds other symbols, or where none is finite; NaN in rows that are not.
+    None without inertia, if it contains other symbols, or if no value is finite; NaN in rows that are not finite.
     """
     inertia = part.inertia
     if inertia is None or not (frames := inertia.frames()):
@@ -272,7 +272,7 @@ def moments(part: Part, constants: Mapping[Expr, Any]) -> Array | None:
 
 
 def least_moment(part: Part, constants: Mapping[Expr, Any]) -> Any:
-    """The least of them, 0 where it is rounding's; None where they are not known."""
+    """The least principal moment, 0 if it is within rounding; None if it is unknown."""
     found = moments(part, constants)
     if found is None:
         return None
@@ -280,13 +280,13 @@ def least_moment(part: Part, constants: Mapping[Expr, Any]) -> Any:
 
 
 def largest_moment(part: Part, constants: Mapping[Expr, float]) -> float:
-    """The largest of them, 0 without inertia."""
+    """The largest principal moment, 0 without inertia, 1 if it is unknown."""
     found = moments(part, constants)
     return float(found[-1]) if found is not None else 0.0 if part.inertia is None else 1.0
 
 
 def check_turning(inertial: Basis, bodies: Iterable[Body]) -> None:
-    """Warn of rigid bodies with a moment of inertia about one axis alone that turn about another one too: no body has such."""
+    """Warn of rigid bodies with a moment of inertia about one axis only that also rotate about another: no body has such inertia."""
     parts = parts_of(b for b in bodies if not _deforms(b))
     turning = [x.name for x in parts if x.frame and x.inertia and _turns_off_its_axis(inertial, x.frame, x.inertia)]
     if turning:
@@ -300,7 +300,7 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
     n = _numbers(inertia)
     if n is None:
         return False
-    if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # those of most bodies are principal ones as they stand
+    if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # most inertia matrices are diagonal
         _, middle, high = sorted(n[i][i] for i in range(3))
         if not (high > 0 and middle <= DECLARED * high):
             return False
@@ -316,13 +316,13 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
 
 
 _matrices: WeakKeyDictionary[Dyadic, list[list[float]] | None] = WeakKeyDictionary()
-"""What inertias are along the first of their frames: bodies ask when they are made, and systems for each of theirs."""
+"""Inertia matrices along the first frame of each dyadic, stored because bodies and systems ask repeatedly."""
 
 
 def _numbers(inertia: Dyadic) -> list[list[float]] | None:
-    """The matrix at the parameters' defaults; None where one has none, or the matrix is not constant in its one frame.
+    """The inertia matrix at default parameters; None if a default is missing, or the matrix is not constant in its one frame.
 
-    Along several frames the turns between them are drawn at random: neither symmetry nor principal moments depend on them.
+    With several frames, rotations between them are random: symmetry and principal moments do not depend on them.
     """
     if inertia not in _matrices:
         _matrices[inertia] = _computed(inertia)

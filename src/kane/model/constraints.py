@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Constraints: configuration constraints f(q, t) = 0 and motion constraints f(q, q̇, t) = 0, affine in the rates.
 
-A constraint that is declared by places knows the forces that hold it: `forces` on points and `torques` on frames are what a
-multiplier of one exerts, and their power is the constraint's rate,
+A constraint declared with points or frames has known forces: `forces` on points and `torques` on frames act for a multiplier of one,
+and their power is the constraint's rate,
 
     ḟ = Σ F·v + Σ T·ω      (a motion constraint's f itself),
 
-but for what a length that depends on time adds, exactly, on the constraint and off it. So the rows A of A u + b = 0 come from
-partial velocities, the multiplier is a force or torque one can name, and reactions anywhere in the system feel it.
+on and off the constraint, except for the contribution of lengths that depend on time. Rows A of A u + b = 0 thus come from partial
+velocities, the multiplier is a force or torque, and all reactions of the system take it into account.
 
-Noncontributing forces brought into evidence: reactions by name, and explicit auxiliary speeds.
+Noncontributing forces are brought into evidence by named reactions or by explicit auxiliary speeds. A reaction cuts the tree:
+everything connected through its point or frame is the far side, and gets the auxiliary velocity u_a n. The reaction is a pair, +R n on
+the far side and −R n on the near one. It has an effect only if it is listed in `System(reactions=…)`.
 
-A reaction cuts the tree: everything reached through its point (or frame) is the far side and gets the auxiliary velocity
-u_a n. It is an action–reaction pair, +R n on the far side and −R n on the near one. Declaring one changes nothing; listing it
-in `System(reactions=…)` does.
-
-Directions that are declared: of unit length, fixed in one frame.
+Declared directions are unit vectors, each fixed in one frame.
 """
 
 import math
@@ -39,7 +37,7 @@ from kane.units.rules import parse, unit_of
 
 
 def length(v: Vector) -> float:
-    """|v| at parameters' defaults and a random configuration; 1 where a parameter has no default."""
+    """|v| at default parameters and a random configuration; 1 if a parameter has no default."""
     square = v.dot(v)
     symbols = free_symbols([square])
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
@@ -63,7 +61,7 @@ def check_unit(v: object, what: str) -> None:
 
 
 def home_of(v: Vector, what: str) -> Frame:
-    """The one frame in which the unit vector `v` is written and fixed; a ModelError where it is no unit vector, or there is none."""
+    """The frame in which the unit vector `v` is fixed; raises ModelError if `v` is not of unit length, or not fixed in one frame."""
     check_unit(v, what)
     frames = frames_of(v)
     if len(frames) != 1 or not is_constant_in_time(v.scalars()):
@@ -79,9 +77,9 @@ Kind = Literal["configuration", "motion"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosureBranch(Immutable):
-    """Of the orientations at which all `rows` vanish, the one that the closure `name` means.
+    """The intended orientation of the closure `name` among those at which all `rows` vanish.
 
-    `cosine` is that of the angle by which `what` is turned away from it: 1 there, at the others at most 0.
+    `cosine` is that of the angle of `what` from this orientation: 1 there, at most 0 at the others.
     """
 
     name: str
@@ -142,7 +140,7 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
 
 
 def _each(declared: Any) -> Iterator[Any]:
-    """What is declared, one by one, out of lists of lists."""
+    """Declared items, one by one, out of nested lists."""
     if isinstance(declared, Iterable) and not isinstance(declared, Expr | str):
         for item in declared:
             yield from _each(item)
@@ -151,7 +149,7 @@ def _each(declared: Any) -> Iterator[Any]:
 
 
 def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:
-    """One unit vector or several, with the names of their constraints: several are numbered, three are x, y and z."""
+    """Unit vectors with the names of their constraints, which are numbered, or x, y and z for three."""
     expect.instance(along, (Iterable, Vector), f"one unit vector or several as the direction of {name!r}")
     vectors = [along] if isinstance(along, Vector) else list(along)
     marks = {1: [""], 3: [" x", " y", " z"]}.get(len(vectors)) or [f" {k}" for k in range(1, len(vectors) + 1)]
@@ -166,7 +164,7 @@ def _points(what: str, p: Any, q: Any) -> None:
 
 
 def _check_rides(what: str, p: Point) -> None:
-    """A geometric point whose place in a frame depends on what orients that frame rides on no body: forces cannot act at it."""
+    """Raise ModelError for a geometric point without a body: its position in a frame depends on coordinates that orient the frame."""
     for f, r in p.offset.parts:
         turns = set(free_symbols(x for g in f.lineage if g.orientation is not None for x in g.orientation.scalars()))
         both = [str(s) for s in free_symbols(r) if isinstance(s, Coordinate) and s in turns]
@@ -229,7 +227,7 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
         "Use kn.configuration_constraint(name, f).",
     )
     expect.none(moving, expected, came, cure)
-    of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers of time have units of their own
+    of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers in a function of time have unknown units
     unit = "" if of_time else unit_of(size)
     if unit and parse(unit).exponents != parse("m").exponents:
         raise UnitError(
@@ -316,14 +314,14 @@ def motion_constraint(name: str, f: Any) -> Constraint:
 
 
 class Cut(NamedTuple):
-    """Where an auxiliary speed acts: at a point, or on a frame, along a direction."""
+    """The place of a reaction or auxiliary speed: a point or a frame, and a direction."""
 
     at: Point | Frame
     parts: Parts
 
     @property
     def along(self) -> Vector:
-        """The direction."""
+        """The direction as a vector."""
         return Vector(self.parts)
 
 
@@ -392,12 +390,12 @@ def auxiliary_speed(
 
 
 def cut_of(symbol: Expr) -> Cut | None:
-    """The cut of a reaction or auxiliary speed, None for a bare unknown."""
+    """The cut of a reaction or auxiliary speed; None for one without a place."""
     place = getattr(symbol, "place", None)
     return place if isinstance(place, Cut) else None
 
 
 def constraint_of(symbol: Expr) -> Constraint | None:
-    """The constraint whose multiplier a reaction is, None for any other symbol."""
+    """The constraint of which a reaction is the multiplier; None for other symbols."""
     place = getattr(symbol, "place", None)
     return place if isinstance(place, Constraint) else None

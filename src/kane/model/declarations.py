@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a system consists of once it is declared: its fields, its events, and every frame, point and scalar that they reach.
+"""The declarations of a system: its fields, its events, and all frames, points and scalars that they contain.
 
-Among these are its variables: coordinates in order, sets of Euler parameters, and the definitions of the generalized speeds.
-Where the independent speeds alone are defined, u_1 … u_p (Kane & Levinson 1985, sec. 2.13), rates of constraints are those that
-are missing, as the equations need as many speeds as rates: w = A_q q̇ + b_q vanishes, and shortens q̇ = W u + X where it stands
-in it.
+Variables are the coordinates in order, sets of Euler parameters, and the definitions of the generalized speeds. If only the
+independent speeds u_1 … u_p are defined (Kane & Levinson 1985, sec. 2.13), rates of constraints complete them, as the equations
+need as many speeds as rates: w = A_q q̇ + b_q vanishes, and shortens q̇ = W u + X if it occurs there.
 """
 
 from __future__ import annotations
@@ -53,14 +52,14 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EulerParameters(Immutable):
-    """One set of Euler parameters in use and its quasi-rates."""
+    """A set of Euler parameters and its quasi-rates."""
 
     coordinates: tuple[Coordinate, ...]
     quasi: tuple[QuasiRate, ...]
 
 
 def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
-    """The sets of Euler parameters that frames are oriented by."""
+    """The sets of Euler parameters that orient frames."""
     by_coordinates: dict[tuple[int, ...], EulerParameters] = {}
     for f in frames:
         o = f.orientation
@@ -76,9 +75,9 @@ def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
 def ordered_coordinates(
     symbols: tuple[Symbol, ...], order: Sequence[Coordinate | str] | None, first: Iterable[Coordinate] = ()
 ) -> Symbols[Coordinate]:
-    """The coordinates in the order given, else those of joints, `first`, then the others as they appear.
+    """The coordinates in the given order, or those of joints, `first`, then the others as they appear.
 
-    Of the others those of positions come before those of orientations, and q1, q2, … stay together.
+    Among the others, those of positions precede those of orientations, and q1, q2, … stay together.
     """
     seen = dict.fromkeys(s for s in symbols if isinstance(s, Coordinate))
     if order is None:
@@ -105,7 +104,7 @@ def ordered_coordinates(
 
 
 def moved(speeds: Mapping[Speed, Any] | str, constraints: Iterable[Constraint]) -> list[Expr]:
-    """The coordinates of constraints that have a speed: one that no place depends on, a counter, may be in them alone."""
+    """The coordinates of constraints that have a speed, even if no position depends on them, as for a counter."""
     held = [*free_symbols(c.expr for c in constraints)]
     held += [s.place for s in held if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
     if not isinstance(speeds, Mapping):
@@ -115,7 +114,7 @@ def moved(speeds: Mapping[Speed, Any] | str, constraints: Iterable[Constraint]) 
 
 
 def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
-    """Symbols by themselves, by name, or several names in one text; what is no name of `own` is kept as it came."""
+    """Symbols given as such, by name, or by several names in one text; items that are not names in `own` are returned unchanged."""
     known = {s.name: s for s in own}
     items = names(items) if isinstance(items, str) else [items] if isinstance(items, Symbol) else items
     if not isinstance(items, Iterable):
@@ -124,7 +123,7 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
 
 
 def _coordinates(order: Any) -> Symbols[Coordinate]:
-    """Coordinates; a single one, or something else, is refused."""
+    """Coordinates as a list; raises ModelError for a single coordinate or other objects."""
     several = not isinstance(order, Expr) and isinstance(order, Iterable)
     right = several and all(isinstance(q, Coordinate) for q in order)
     expect.that(right, "coordinates= to be a list of coordinates, such as (q1, q2)", order)
@@ -138,7 +137,7 @@ def _names(symbols: Iterable[Any]) -> str:
 def speed_definitions(
     speeds: Mapping[Speed, Any] | str, coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]
 ) -> dict[Speed, Expr]:
-    """The definition of each generalized speed; "rates" takes u = q̇ throughout."""
+    """The definition of each generalized speed; "rates" means u = q̇ throughout."""
     if isinstance(speeds, str):
         if speeds != "rates":
             raise SpeedsError(f'Expected speeds={{u1: definition, …}} or "rates", got {speeds!r}.')
@@ -165,7 +164,7 @@ def speed_definitions(
 
 
 def basic_rates(coordinates: Iterable[Coordinate], euler: Sequence[EulerParameters]) -> list[Expr]:
-    """The rates of the coordinates in their order, of each set of Euler parameters its quasi-rates in their place."""
+    """The rates of the coordinates in their order, with quasi-rates for those of Euler parameters."""
     set_of = {q: s for s in euler for q in s.coordinates}
     result: list[Expr] = []
     for q in coordinates:
@@ -177,7 +176,7 @@ def basic_rates(coordinates: Iterable[Coordinate], euler: Sequence[EulerParamete
 
 
 def rates_by_quasi(euler: Sequence[EulerParameters]) -> dict[Expr, Expr]:
-    """The rates of Euler parameters by their quasi-rates."""
+    """The rates of Euler parameters as functions of their quasi-rates."""
     result: dict[Expr, Expr] = {}
     for s in euler:
         result.update(zip(map(rate, s.coordinates), euler_parameter_rates(s.coordinates, s.quasi), strict=True))
@@ -187,9 +186,9 @@ def rates_by_quasi(euler: Sequence[EulerParameters]) -> dict[Expr, Expr]:
 def inputs_with_rates(
     symbols: Iterable[Symbol], shape: Iterable[Expr], constraints: Iterable[Constraint]
 ) -> tuple[Input | Rate, ...]:
-    """The inputs among `symbols`, those of everything, each with the derivatives that the equations need.
+    """The inputs among `symbols`, each with the derivatives that the equations need.
 
-    Two where it places or turns something, one in a motion constraint, and those that loads name.
+    These are two for an input in positions or orientations, one in a motion constraint, and those that loads contain.
     """
     orders: dict[Input, int] = {}
 
@@ -218,7 +217,7 @@ def inputs_with_rates(
 
 
 def _check_definition(u: Speed, definition: Expr, rates: Iterable[Expr], known: dict[Expr, Affine]) -> None:
-    """A definition is affine in rates, contains one, and no speed."""
+    """Raise SpeedsError unless a definition is affine in rates, contains a rate, and contains no speed."""
     symbols = free_symbols([definition])
     for s in symbols:
         if isinstance(s, Speed):
@@ -242,7 +241,7 @@ def _check_definition(u: Speed, definition: Expr, rates: Iterable[Expr], known: 
 
 
 def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]) -> dict[Speed, Expr]:
-    """u = q̇; for Euler parameters the three measure numbers of the angular velocity instead."""
+    """u = q̇; for Euler parameters the three measure numbers of the angular velocity."""
     made: dict[Speed, Expr] = {}
     sets = {x: s for s in euler for x in s.coordinates}
     for q in coordinates:
@@ -262,9 +261,9 @@ def completed(
     euler: Sequence[EulerParameters],
     constraints: Sequence[Constraint],
 ) -> dict[Speed, Expr]:
-    """Rates of constraints as speeds, where the definitions are exactly the independent speeds; none otherwise.
+    """Rates of constraints as speeds, if exactly the independent speeds are defined; none otherwise.
 
-    All independent constraints take part: with fewer speeds left out than there are constraints, one was forgotten.
+    All independent constraints are used: if fewer speeds are missing than there are of these, a speed was forgotten.
     """
     rates, by_quasi = basic_rates(coordinates, euler), rates_by_quasi(euler)
     missing = len(rates) - len(definitions)
@@ -297,12 +296,12 @@ def completed(
 
 
 def constraint_rate(constraint: Constraint) -> Expr:
-    """ḟ of a configuration constraint, a motion constraint itself: A_q q̇ + b_q."""
+    """The rate ḟ of a configuration constraint, or f of a motion constraint: A_q q̇ + b_q."""
     return time_derivative(constraint.expr) if constraint.kind == "configuration" else constraint.expr
 
 
 def _independent(rows: Array, first: int, missing: int) -> tuple[int, ...] | None:
-    """The rows beyond the `first` ones that these do not give; None where they are not `missing`, all that are independent."""
+    """`missing` rows beyond the `first` ones that are independent of these; None if that is not the rank of the rows."""
     if not np.isfinite(rows).all():
         return None
     scaled, kept, found = balanced(rows), list(range(first)), list[int]()
@@ -369,7 +368,7 @@ class Event(Immutable):
 
 
 class EndOfMode(Event):
-    """One of a contact, which ends its mode. Its laws are compared in it as they are: a size may be a number without a unit."""
+    """An event that ends a mode of a contact; its quantity is not checked for units, as gaps may contain numbers."""
 
     __slots__ = ()
     _ends = "mode"
@@ -383,7 +382,7 @@ _EVENT: dict[str, tuple[Callable[[Any], bool], str]] = {
     "terminal": (lambda x: x is None or isinstance(x, bool | np.bool_), "True or False"),
     "message": (lambda x: isinstance(x, str), "a text"),
 }
-"""What each field of an event must be."""
+"""The condition on each field of an event, with its text."""
 
 
 SETTABLE = (Coordinate, Speed, StateVariable, Parameter, Input)
@@ -391,9 +390,9 @@ _FORM = "Write then={symbol: expression}, as {u1: -e*u1}."
 
 
 def as_action(who: str, then: Any) -> Any:
-    """A mapping of symbols, or their names, to expressions, or a function that returns one; None where nothing is done.
+    """A mapping of symbols, or their names, to expressions, or a function that returns one; None without an action.
 
-    Inputs may get what `inputs=` takes.
+    Inputs may have any value that `inputs=` takes.
     """
     if then is None or (callable(then) and not isinstance(then, Expr | Mapping)):
         return then
@@ -412,7 +411,7 @@ def as_action(who: str, then: Any) -> Any:
 
 
 def expressions(events: Iterable[Any]) -> Iterator[Expr]:
-    """What events watch, and all that they make of what they set."""
+    """The quantities of events, and the expressions that their actions assign."""
     for event in events:
         yield event.quantity
         if isinstance(event.then, Mapping):
@@ -420,13 +419,13 @@ def expressions(events: Iterable[Any]) -> Iterator[Expr]:
 
 
 def settable(system: Any) -> tuple[Symbol, ...]:
-    """What actions may set."""
+    """The symbols that actions may set."""
     inputs = (s for s in system.inputs if isinstance(s, Input))
     return (*system.coordinates, *system.speeds, *system.states, *system.parameters, *inputs)
 
 
 def target(system: Any, event: Any, key: Any) -> Symbol:
-    """The symbol of the system that an event sets."""
+    """The symbol of the system that an event sets; raises ModelError if there is none."""
     for s in settable(system):
         if s is key or (isinstance(key, str) and s.name == key):
             return s
@@ -436,7 +435,7 @@ def target(system: Any, event: Any, key: Any) -> Symbol:
 
 
 def check_actions(system: Any) -> None:
-    """Events set symbols of the system, each once, and watch quantities that change along a motion."""
+    """Raise ModelError unless events set symbols of the system, each once, and their quantities change along a motion."""
     for event in system.events:
         moving = [s for s in free_symbols([event.quantity]) if not isinstance(s, Parameter)]
         expected = f"the quantity of the event {event.name!r} to change along a motion"
@@ -454,7 +453,7 @@ def check_actions(system: Any) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Declarations(Immutable):
-    """Everything that was declared, or reached from what was, parents first; `System` makes and checks it."""
+    """All that is declared, or contained in declarations, parents first; `System` makes and checks it."""
 
     inertial: Frame
     bodies: tuple[Body, ...]
@@ -480,7 +479,7 @@ class Declarations(Immutable):
 
     @property
     def modes_change(self) -> bool:
-        """Whether contacts change along a motion what holds: it is not the system in one mode of theirs."""
+        """Whether contacts change modes along a motion, unless the system is that of one combination of modes."""
         return bool(self.contacts) and not self.modes
 
 
@@ -491,7 +490,7 @@ def frames_and_points(
     symbols: Iterable[Symbol],
     constraints: tuple[Constraint, ...] = (),
 ) -> tuple[tuple[Frame, ...], tuple[Point, ...]]:
-    """Every frame and point that a body, load or reaction needs, parents first."""
+    """All frames and points that bodies, loads and reactions depend on, parents first."""
     needed: dict[Frame | Point, None] = {}
     for place in _needed(bodies, (*loads, *constraints), symbols):
         _enter(place, inertial, needed)
@@ -505,7 +504,7 @@ def frames_and_points(
 def _needed(
     bodies: Iterable[Body], acting: Iterable[Load | Constraint], symbols: Iterable[Symbol]
 ) -> Iterator[Frame | Point]:
-    """Where bodies are, where loads, constraints and reactions act, and what their vectors are written along."""
+    """Points and frames of bodies, loads, constraints and reactions, and the frames of their vectors."""
     for part in parts_of(bodies):
         if part.frame is not None:
             yield part.frame
@@ -520,7 +519,7 @@ def _needed(
 
 
 def _enter(place: Frame | Point, inertial: Frame, needed: dict[Frame | Point, None]) -> None:
-    """A frame or point after all that it is born from, as far as these are not among what is `needed` yet."""
+    """Add a frame or point to `needed` after its parents."""
     line: list[Any] = []
     x: Any = place
     while x is not None and x not in needed:
@@ -547,7 +546,7 @@ def _enter(place: Frame | Point, inertial: Frame, needed: dict[Frame | Point, No
 
 
 def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[Expr]:
-    """The scalars that positions, then orientations are made of."""
+    """The scalars in positions, then in orientations."""
     for p in points:
         yield from p.offset.scalars()
     for f in frames:
@@ -555,7 +554,7 @@ def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[E
 
 
 def contents(bodies: tuple[Body, ...], loads: tuple[Load, ...], gravities: tuple[Gravity, ...]) -> Iterator[Expr]:
-    """The scalars that masses, inertias and loads are made of."""
+    """The scalars in masses, inertias and loads."""
     for part in parts_of(bodies):
         yield part.mass
         for dyad in part.inertia.dyads if part.inertia is not None else ():

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gravitation of bodies, its moment, buoyancy, drag, and distributed forces, as loads.
+"""Gravitation of bodies, gravity moment, buoyancy, drag, and distributed forces, as loads.
 
-Two bodies at the vector R = R a from the mass centre of the one to that of the other attract each other, to second order in their
-sizes, by (MacCullagh; Kane, Likins & Levinson 1983, Spacecraft Dynamics, sec. 2.3 to 2.6)
+Two bodies whose mass centres are at R = R a from the first to the second attract each other, to second order in their dimensions, by
+(MacCullagh; Kane, Likins & Levinson 1983, Spacecraft Dynamics, sec. 2.3 to 2.6)
 
     V = −G [m₁ m₂/R + m₁ (tr I₂ − 3 a·I₂·a)/(2 R³) + m₂ (tr I₁ − 3 a·I₁·a)/(2 R³)],
-
     F = −(G m₁ m₂/R²) a − (3 G m₁/(2 R⁴)) ((tr I₂ − 5 a·I₂·a) a + 2 I₂·a) − …,   T₂ = (3 G m₁/R³) a × I₂·a.
 
-Distributed forces over a line, a rectangle or a disk are forces at the points of a quadrature. Resultant and moment are exact where
-the density is a polynomial of the `degree`: n points of Gauss and Legendre are exact to the degree 2 n − 1, and a moment has one
-degree more than the force. The points belong to a body, `frame`, and move with it.
+Distributed forces over a line, a rectangle or a disk are forces at quadrature points, which belong to a body with the frame `frame`.
+Resultant and moment are exact if the density is a polynomial of the given `degree`: n Gauss–Legendre points are exact for degree
+2 n − 1, and a moment has one degree more than the force.
 """
 
 import math
@@ -132,7 +131,7 @@ def _single(body: Any) -> list[Part]:
 
 
 def _trace(part: Part) -> Expr:
-    """tr I, the same along any axes."""
+    """tr I, zero for a particle."""
     dyads = part.inertia.dyads if part.inertia is not None else ()
     return reduce(add, (a.dot(b) for a, b in dyads), ZERO)
 
@@ -236,18 +235,18 @@ def pressure_on_disk(
 
 
 def _gauss(degree: int) -> Rule:
-    """Shares and weights on 0…1."""
+    """Gauss points and weights on [0, 1] for a density of this degree."""
     return [(constant(x), constant(w)) for x, w in zip(*gauss(_points(degree)), strict=True)]
 
 
 def _points(degree: Any) -> int:
-    """How many points are exact for a density of this degree and its moment."""
+    """Number of Gauss points that are exact for a density of this degree and its moment."""
     count = expect.whole(degree, "degree= of the density as a whole number from 0 to 60", least=0, most=60)
     return (count + 1) // 2 + 1
 
 
 def _across(frame: Frame, normal: Vector) -> Vector:
-    """An axis of the frame across the normal."""
+    """An axis of the frame perpendicular to the normal."""
     result = next((a for a in (frame.x, frame.y, frame.z) if normal.dot(a) is ZERO), None)
     if result is None:
         raise ModelError(

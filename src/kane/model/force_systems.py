@@ -3,7 +3,7 @@
 
     R = Σ F,   M^{S/P} = Σ p × F + Σ T,   M^{S/Q} = M^{S/P} + r^{QP} × R
 
-Kane & Levinson 1985, sec. 4.1 to 4.3. Nothing is derived for it.
+Kane & Levinson 1985, sec. 4.1 to 4.3. No equations of motion are needed.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -185,14 +185,14 @@ def _terms(v: Vector) -> int:
 
 
 def _short(v: Vector) -> Vector:
-    """The vector with its measure numbers collected; along one frame where something cancels there."""
+    """The vector with its measure numbers collected, along one frame if that is shorter."""
     found = v.map(collected)
     whole = v.gathered().map(collected)
     return whole if _terms(whole) < _terms(found) else found
 
 
 def _vanishes(v: Vector, terms: Sequence[Vector]) -> bool:
-    """Whether a sum of terms is zero: as it stands, or beside the sizes of its terms at several states drawn at random."""
+    """Whether a sum of terms is zero, as written, or within rounding at several random states."""
     if v.is_zero:
         return True
     frame = v.parts[0][0]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loads: forces on points, torques on frames, and the pairs of them that springs and dampers are.
+"""Loads: forces on points, torques on frames, and pairs of them, such as springs and dampers.
 
-A load is one record: forces, torques, and the potential energy it derives from, if any. What has a potential does not count as
-power in the power balance.
+A load is one record of forces, torques, and the potential energy from which it derives, if any. Loads with a potential do not count
+as power in the power balance.
 """
 
 from dataclasses import dataclass, replace
@@ -24,10 +24,10 @@ _MOVING = Rate | QuasiRate | Speed | Reaction
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slip(Immutable):
-    """What friction was declared with: the `speed` of the slip, the `threshold` down to which it holds, the reactions that must press.
+    """The slip of a friction load: its `speed`, the `threshold` below which sliding ends, and the reactions that must be compressive.
 
-    No speed where it holds at rest too; no threshold where it is a share of the largest slip. Without slip the contact `rolls`
-    where another particle of a body is in contact at every instant, else it sticks.
+    The speed is None if the load is also valid at rest; the threshold is None if it is a fraction of the largest slip. Below it the
+    contact `rolls` if another particle of the body is in contact at every instant, and sticks otherwise.
     """
 
     speed: Expr | None
@@ -52,7 +52,7 @@ class Load(Immutable):
     scalar: Expr | None = None
 
     def __post_init__(self) -> None:
-        if self.potential is not None:  # a spring between points at rest has a number
+        if self.potential is not None:  # the potential of a spring between points at rest is a number
             object.__setattr__(self, "potential", as_expr(self.potential))
 
     @staticmethod
@@ -115,7 +115,7 @@ class Gravity(Immutable):
 
 
 def _bound(name: str, what: str, vector: Any, *places: Any) -> Load:
-    """A force at its point, or a torque on its frame; the opposite at another place, if there is one."""
+    """A force at its point, or a torque on its frame, and the opposite one at a second place, if given."""
     kind: type[Point] | type[Frame] = Point if what == "force" else Frame
     for place in places:
         if not isinstance(place, kind):
@@ -129,7 +129,7 @@ def _bound(name: str, what: str, vector: Any, *places: Any) -> Load:
 
 
 def _instead(item: Any, kind: type[Point] | type[Frame]) -> str:
-    """What to name in the place of a body, or of a frame for a point and the other way."""
+    """Advice of a point or frame to take instead of a body, or of a point or frame of the wrong kind."""
     parts = item.parts() if isinstance(item, Body) else ()
     if kind is Point:
         if parts:
@@ -147,7 +147,7 @@ def _instead(item: Any, kind: type[Point] | type[Frame]) -> str:
 
 
 def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
-    """“`what` between a and b”, where both are of this kind."""
+    """“`what` between a and b”; raises ModelError unless both are of this kind."""
     expected = f"two of {kind.__name__} for the {what}"
     for x in (a, b):
         if not isinstance(x, kind):
@@ -212,7 +212,7 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     r = a.position(b)
     _check_apart("damper", a, b, r)
     root, r = a.root().frame, r.gathered()
-    # Times |r|: without a root, |r| cancels where r keeps its direction.
+    # r·ṙ = |r| d|r|/dt has no root, and |r| cancels if r has a constant direction
     speed = (a.velocity(root) - b.velocity(root)).dot(r)
     pull = r * (-as_expr(damping) * (speed / r.dot(r)))
     return action_reaction(a, b, pull, name or f"damper between {a.name} and {b.name}")

@@ -3,8 +3,8 @@
 
     I_a = Σ m p × (n_a × p),   I_ab = I_a · n_b,   I^{S/O} = Σ I^{B/B*} + m (p² 1 − p p)
 
-with p from the point O to the mass centres (Kane & Levinson 1985, ch. 3). Principal ones, I·n = I_n n and I = Σ I_k n_k n_k, are of
-numbers where the matrix is made of them, of symbols where it falls into blocks of two and one.
+with p from the point O to the mass centres (Kane & Levinson 1985, ch. 3). Principal moments and axes, I·n = I_n n and
+I = Σ I_k n_k n_k, are numerical for a matrix of numbers, and symbolic if an axis of the frame is a principal axis.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -136,12 +136,12 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
 
 
 def _along(frame: Frame, inertia: Dyadic) -> Dyadic:
-    """The dyadic multiplied out, along one frame."""
+    """The dyadic multiplied out, along the axes of one frame."""
     return Dyadic.of(frame, inertia.components(frame).map(collected).rows)
 
 
 def _about(part: Part, point: Point) -> Dyadic:
-    """I + m (p² 1 − p p); of a point that shares momentum with others, of a flexible body, I + Σ μ (p·q 1 − p q)."""
+    """I + m (p² 1 − p p); for a point of a flexible body with shared momentum, I + Σ μ (p·q 1 − p q)."""
     own = Dyadic() if part.inertia is None else part.inertia
     p = part.mass_center.position(point).gathered()
     if not part.momenta:
@@ -154,7 +154,7 @@ def _about(part: Part, point: Point) -> Dyadic:
 
 
 def parts_listed(bodies: Any) -> list[Part]:
-    """The parts of a body, or of those in a list, a system or lists of lists; a ModelError for anything else."""
+    """The parts of a body, a system, or a nested list of bodies; raises ModelError for anything else."""
     return list(parts_of(_bodies(bodies)))
 
 
@@ -294,19 +294,19 @@ def _matrix_of_numbers(matrix: Matrix) -> Array | None:
 
 
 def _apart(matrix: Matrix, i: int) -> bool:
-    """Whether the i-th axis has no products with the others."""
+    """Whether the products of inertia of the i-th axis with the others are zero."""
     return all(matrix[i, j] is ZERO and matrix[j, i] is ZERO for j in range(3) if j != i)
 
 
 def _of_blocks(matrix: Matrix, frame: Frame, i: int) -> Pairs:
-    """Moments and axes where the i-th axis of the frame is a principal one: (a + d)/2 ∓ √(((a − d)/2)² + b²) across it."""
+    """Moments and axes if the i-th axis of the frame is principal: (a + d)/2 ∓ √(((a − d)/2)² + b²) perpendicular to it."""
     units = (frame.x, frame.y, frame.z)
     j, k = (i + 1) % 3, (i + 2) % 3
     a, d, b = matrix[j, j], matrix[k, k], matrix[j, k]
     if b is ZERO:
         return [(matrix[n, n], units[n]) for n in range(3)]
     mean, half = div(add(a, d), TWO), div(sub(a, d), TWO)
-    same = half is ZERO  # then the axes halve the right angle, whatever the product is
+    same = half is ZERO  # equal moments: the principal axes are at 45° for any product b
     reach = b if same else sqrt(add(mul(half, half), mul(b, b)))
     angle = div(pi, constant(4)) if same else div(atan2(mul(TWO, b), sub(a, d)), TWO)
     c, s = cos(angle), sin(angle)
@@ -325,7 +325,7 @@ def _of_numbers(n: Array, frame: Frame) -> Pairs:
 
 
 def _ordered(pairs: Pairs) -> Principal:
-    """Right-handed pairs with the moments in rising order where they are numbers, and still right-handed."""
+    """Right-handed principal axes with their moments, in ascending order if these are numbers."""
     values = [constant_value(m) for m, _ in pairs]
     order = [0, 1, 2]
     if all(v is not None for v in values):

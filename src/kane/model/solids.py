@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Central inertia dyadics of uniform solids, plates and wires, and the parallel axis theorem (Kane & Levinson 1985, ch. 3, appendix).
 
-The moments of each solid are a row of a table. Where the mass centre is no obvious place, `inertia.shape.centroid` leads to it
-from the place that the function names.
+The moments of each solid are a row of a table. For solids without an obvious mass centre, `inertia.shape.centroid` is its position.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from kane.space.vector import Dyadic, Vector, axes
 
 
 def check_frame(frame: object) -> None:
-    """A frame, along whose axes an inertia is written."""
+    """Raise ModelError unless the argument is a frame."""
     expect.instance(frame, Frame, "the Frame of the body, along whose axes its inertia is written")
 
 
@@ -38,7 +37,7 @@ def unit_dyadic(frame: Basis) -> Dyadic:
 
 
 def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
-    """Inertia of a body of revolution: `about` its axis, `across` it."""
+    """Inertia of a body of revolution, with moments `about` and `across` its axis, which must be an axis of the frame."""
     check_frame(frame)
     expect.instance(axis, Vector, "an axis of the body as a unit vector, such as B.x")
     direction = axis.components(frame)
@@ -54,9 +53,9 @@ def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
 
 
 class Shape(NamedTuple):
-    """What a solid looks like: a kind, its dimensions (m), the axis of a body of revolution, and the frame that it is fixed in.
+    """The shape of a solid: a kind, its dimensions (m), the axis of a body of revolution, and the frame in which it is fixed.
 
-    `centroid` leads from the place that the solid's function names (a corner, the middle of a base) to the mass centre.
+    `centroid` is the position of the mass centre from the reference point of the solid: a corner, the middle of a base.
     """
 
     kind: str
@@ -67,7 +66,7 @@ class Shape(NamedTuple):
 
 
 class Inertia(Dyadic):
-    """The inertia of a solid, which remembers its shape; sums and products of it are plain dyadics."""
+    """The inertia of a solid together with its shape; sums and products are plain dyadics."""
 
     __slots__ = ("shape",)
     shape: Shape
@@ -126,11 +125,11 @@ _REVOLVED: dict[str, Callable[..., tuple[Any, ...]]] = {
     "frustum": _frustum,
     "hemisphere": lambda m, r: (2 * (m * r * r) / 5, 83 * (m * r * r) / 320, 3 * r / 8),
 }
-"""Moments about and across the axis, and where the mass centre is along it, from the mass and the dimensions."""
+"""Moments about and across the axis, and the position of the mass centre along it, from the mass and the dimensions."""
 
 
 def _revolved(kind: str, frame: Frame, mass: Any, axis: Vector | None, **sizes: Any) -> Inertia:
-    """A body of revolution; a sphere has no axis."""
+    """The inertia of a body of revolution; a sphere has no axis."""
     dimensions = {name: as_expr(size) for name, size in sizes.items()}
     about, across, *rise = _REVOLVED[kind](as_expr(mass), *dimensions.values())
     if axis is None:
@@ -208,7 +207,7 @@ def hemisphere(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Inertia:
 
 
 def _cuboid(kind: str, frame: Frame, share: Expr, **sizes: Any) -> Inertia:
-    """m k (b² + c²), … with `share` = m k."""
+    """Inertia with moments m k (b² + c²), …, where `share` = m k."""
     lengths = {name: as_expr(size) for name, size in sizes.items()}
     a2, b2, c2 = (x * x for x in lengths.values())
     dyadic = inertia(frame, share * (b2 + c2), share * (c2 + a2), share * (a2 + b2))
@@ -260,7 +259,7 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
     return Inertia(total.express(frame), Shape("triangular plate", {}, None, frame, center))
 
 
-# Round on one side ---------------------------------------------------------------------------------------------------
+# Half cylinders, sectors and arcs ------------------------------------------------------------------------------------
 
 
 def half_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector, towards: Vector) -> Inertia:

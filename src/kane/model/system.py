@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The system: one frozen record of everything declared, checked locally.
+"""The system: one frozen record of all declarations, checked locally.
 
-`scaffold` makes systems without bodies: frames and points with speeds and constraints, of which kinematics alone is asked.
+`scaffold` makes systems without bodies, of frames and points with speeds and constraints, for kinematics alone.
 
-Loads that are given by a function get places here: V(q, t) with F_r = −Σ_s ∂V/∂q_s W_sr, or R(q, q̇, t) with F_r = −∂R/∂u_r (Kane &
-Levinson 1985, sec. 5.1 and 5.3). What a function says of one coordinate is a force Q_s for its rate, v·F = Q_s q̇_s: a pair of
-torques where a frame of a body turns by the coordinate alone; else a force on a point that moves by it along the inertial frame's
-first axis, or a torque on a frame that turns by it.
+Loads given by a function V(q, t) or R(q, q̇, t), F_r = −Σ_s ∂V/∂q_s W_sr or F_r = −∂R/∂u_r (Kane & Levinson 1985, sec. 5.1, 5.3),
+are replaced by forces and torques. The force Q_s of the rate of one coordinate, v·F = Q_s q̇_s, becomes a pair of torques if a frame
+of a body is rotated by the coordinate alone; otherwise a force on a point displaced by it along the first axis of the inertial frame,
+or a torque on a frame rotated by it.
 """
 
 from __future__ import annotations
@@ -206,7 +206,7 @@ class System(Declarations):
         return _restored, (self.frames, self.points, self.inertial, self._given())
 
     def _given(self) -> dict[str, Any]:
-        """The arguments that make it: all loads but those that bodies bring with them."""
+        """The arguments of the system, without the loads that belong to bodies."""
         brought = brought_loads(self.bodies)
         loads = (*self.gravities, *(x for x in self.loads if all(x is not y for y in brought)))
         return {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": loads}
@@ -246,7 +246,7 @@ class System(Declarations):
 
 
 def _check_whole(system: System, symbols: Sequence[Symbol]) -> None:
-    """Further states, actions and units; what is doubtful in what has mass."""
+    """Checks of the whole system: further states, actions and units, and warnings about bodies and contacts."""
     check_states(system, symbols)
     check_actions(system)
     check_units(system, symbols)
@@ -258,12 +258,12 @@ _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "ine
 
 
 def _restored(frames: object, points: object, inertial: Frame, arguments: Mapping[str, Any]) -> System:
-    """A system that was pickled, after its frames and points, parents first."""
+    """Restore a pickled system; frames and points are arguments so that they are restored first, parents before children."""
     return System(inertial, **arguments)
 
 
 def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
-    """Gravity as forces on the mass centres; without a potential where it is not constant in the inertial frame."""
+    """Gravity as forces on the mass centres, without a potential unless it is constant in the inertial frame."""
     forces, potential, steady = [], ZERO, is_constant_in_time(gravity.acceleration.scalars())
     for part in parts_of(bodies):
         forces.append((part.mass_center, gravity.acceleration * part.mass))
@@ -275,7 +275,7 @@ def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
 
 
 def total_mass(parts: Iterable[Part]) -> Expr:
-    """Σ m."""
+    """The total mass Σ m."""
     return reduce(add, (part.mass for part in parts), ZERO)
 
 
@@ -288,7 +288,7 @@ def scaffold(
     dependent_speeds: Sequence[Speed | str],
     coordinates: Sequence[Coordinate | str] | None,
 ) -> System:
-    """The system of frames and points; a coordinate that the definition of a speed has a rate of needs no place."""
+    """The system of frames and points; a coordinate whose rate defines a speed may be absent from all of them."""
     system_checks.check_inertial(inertial)
     constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
     frames, points = frames_and_points(inertial, (), (placed(system_checks.listed("of", of)),), (), constraints)
@@ -316,7 +316,7 @@ def scaffold(
 
 
 def placed(items: Iterable[Any]) -> Load:
-    """Nothing that acts at frames and points, so that what they are born from is found as it is for loads."""
+    """A load of zero forces at points and frames, so that `frames_and_points` finds their parents."""
     expected = "frames and points of which motions are asked"
     kept = expect.instances(items, (Frame, Point), expected, "Give a body's frame, or its mass_center.")
     forces = tuple((x, Vector()) for x in kept if isinstance(x, Point))
@@ -325,7 +325,7 @@ def placed(items: Iterable[Any]) -> Load:
 
 
 def _moving(speeds: Mapping[Speed, Any] | str) -> list[Symbol]:
-    """The coordinates whose rates the definitions of speeds hold."""
+    """The coordinates whose rates are in the definitions of speeds."""
     held = free_symbols(x for x in speeds.values() if hasattr(x, "op")) if isinstance(speeds, Mapping) else ()
     places = [s.place if isinstance(s, QuasiRate) else (s.place,) for s in held if isinstance(s, Rate | QuasiRate)]
     return [q for place in places if isinstance(place, tuple) for q in place if isinstance(q, Coordinate)]
@@ -336,13 +336,13 @@ _LENGTH_EXPONENTS = parse("m").exponents
 
 
 def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], speeds: Any) -> tuple[Load, ...]:
-    """The loads, those made from a function with forces and torques; `speeds` defines the speeds that it may hold."""
+    """The loads, with forces and torques for those given by a function; `speeds` defines the speeds that these may contain."""
     placeless = ((x, x.scalar is not None and not x.forces and not x.torques) for x in loads)
     return show.Listing(_placed(x, _pulls(x, speeds), inertial, bodies) if bare else x for x, bare in placeless)
 
 
 def _pulls(load: Load, speeds: Any) -> Pulls:
-    """Q_s by coordinate: −∂V/∂q_s, or −∂R/∂q̇_s; and −∂R/∂w by quasi-rate."""
+    """Q_s = −∂V/∂q_s, or −∂R/∂q̇_s, by coordinate, and −∂R/∂w by quasi-rate."""
     assert load.scalar is not None
     if load.potential is not None:
         return [(q, -diff(load.potential, q)) for q in free_symbols([load.potential]) if isinstance(q, Coordinate)]
@@ -360,7 +360,7 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
 
 
 def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, Vector]]:
-    """By coordinate the frame that turns by it alone in its parent, the parent, and about which axis; by quasi-rate, too."""
+    """For each coordinate the frame rotated by it alone, the parent frame, and the axis; for quasi-rates likewise."""
     result: dict[Symbol, tuple[Frame, Frame, Vector]] = {}
     for frame in frames:
         o, parent = frame.orientation, frame.parent
@@ -404,7 +404,7 @@ def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -
 
 
 def _counted(loads: tuple[Load, ...], inputs: Symbols[Any]) -> tuple[Load, ...]:
-    """Without potentials whose rates hold rates of inputs that nothing else needs: the work of these loads counts as power."""
+    """Loads without potentials whose rates contain rates of inputs that are not needed otherwise: their work counts as power."""
     held = ((x, () if x.potential is None or not inputs else free_symbols([x.potential])) for x in loads)
     pairs = ((x, any(input_of(s) is not None and rate(s) not in inputs for s in own)) for x, own in held)
     return show.Listing(replace(x, potential=None) if unknown else x for x, unknown in pairs)
@@ -413,9 +413,9 @@ def _counted(loads: tuple[Load, ...], inputs: Symbols[Any]) -> tuple[Load, ...]:
 def _with_joints(
     speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint | Deforming]
 ) -> Mapping[Speed, Any] | str:
-    """The definitions of the speeds: the joints' own, or those of their rates in `speeds`, joint by joint, then the others."""
+    """The definitions of the speeds: for each joint its own, or those of its rates in `speeds`, then the others."""
     if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
-        return speeds  # what is no mapping is refused where the definitions are read
+        return speeds  # other types are refused later, by `speed_definitions`
     if speeds is None and not joints:
         raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
     definitions = dict(speeds or {})

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Local checks of a system's declarations: what is refused before anything is derived, and what is probably not meant.
+"""Local checks of a system's declarations: errors before derivation, and warnings of probable mistakes.
 
-Warned of are models that can be computed: gravity that turns with a body, contacts of another frame or on the other side.
+Warnings concern models that can be computed: gravity that rotates with a body, contacts of another frame or on the wrong side.
 """
 
 from collections import Counter
@@ -37,7 +37,7 @@ from kane.space.vector import Dyadic, Vector, angular_velocity
 
 
 def listed(what: str, given: Any, kind: type = object, made_by: str = "", named: bool = False) -> tuple[Any, ...]:
-    """What stands in a list, all of one kind; no two of one name where they are `named`."""
+    """The items of a list, all of one kind, with different names if they are `named`; raises ModelError."""
     items = expect.items(given, f"{what}= to be a list", f"Write {what}=[…] around it.")
     expect.instances(items, kind, f"{what}= made by {made_by}")
     if named:
@@ -47,13 +47,13 @@ def listed(what: str, given: Any, kind: type = object, made_by: str = "", named:
 
 
 def check_inertial(frame: Any) -> None:
-    """A root frame."""
+    """Raise ModelError unless the argument is a root frame."""
     cure = 'Make one with kn.Frame("N") and give it first.'
     expect.that(isinstance(frame, Frame) and frame.parent is None, "a root frame as the inertial frame", frame, cure)
 
 
 def check_matter(bodies: tuple[Body, ...], loads: Iterable[Any]) -> None:
-    """At least one body, no two of one name; loads and gravity."""
+    """Raise ModelError unless there is a body, names of bodies are different, and loads are loads or gravity."""
     expected = "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …"
     cure = "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector)."
     expect.instances(loads, (Load, Gravity), expected, cure)
@@ -68,7 +68,7 @@ def check_matter(bodies: tuple[Body, ...], loads: Iterable[Any]) -> None:
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:
-    """No two symbols of one name."""
+    """Raise ModelError if two symbols have the same name."""
     first: dict[str, Symbol] = {}
     for s in symbols:
         if isinstance(s, Rate):
@@ -82,7 +82,7 @@ def check_names(symbols: Iterable[Symbol]) -> None:
 
 
 def check_geometry(symbols: Iterable[Symbol]) -> None:
-    """Positions and orientations are functions of coordinates, parameters and time."""
+    """Raise ModelError unless positions and orientations are functions of coordinates, parameters, inputs and time."""
     kinds = Speed | AuxiliarySpeed | Reaction | Rate | QuasiRate
     wrong = [f"{s} ({type(s).__name__})" for s in symbols if isinstance(s, kinds) and input_of(s) is None]
     expected = "positions and orientations in coordinates, parameters, inputs and kn.time"
@@ -91,7 +91,7 @@ def check_geometry(symbols: Iterable[Symbol]) -> None:
 
 
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
-    """Loads do not depend on accelerations."""
+    """Raise ModelError if loads depend on accelerations."""
     rates = (s for s in symbols if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable))
     wrong = [s for s in rates if input_of(s) is None]
     expected = "loads in coordinates, rates, speeds, parameters, inputs and time"
@@ -106,7 +106,7 @@ def check_strays(
     speeds: Mapping[Speed, Expr],
     euler: tuple[EulerParameters, ...],
 ) -> None:
-    """Loads and events use the system's own symbols."""
+    """Raise ModelError if loads or events contain coordinates or speeds that are not the system's."""
     own: set[Symbol] = {*coordinates, *speeds, *(w for s in euler for w in s.quasi)}
 
     def strays(origin: Any) -> bool:
@@ -122,7 +122,7 @@ def check_strays(
 def check_reactions(
     symbols: Iterable[Symbol], reactions: tuple[Reaction, ...], auxiliary: tuple[AuxiliarySpeed, ...]
 ) -> None:
-    """Each reaction in a load is listed; explicit auxiliary speeds and bare reactions are equally many."""
+    """Raise ReactionError unless each reaction in a load is listed, and explicit auxiliary speeds match reactions without a place."""
     if len(set(reactions)) < len(reactions):
         raise ReactionError("Expected each reaction once in reactions=, got one twice.")
     for s in symbols:
@@ -136,7 +136,7 @@ def check_reactions(
 
 
 def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reaction, ...]) -> None:
-    """No two constraints of one name; every constraint whose multiplier is a reaction is the system's."""
+    """Raise ModelError for constraints of the same name, ReactionError for a reaction of a constraint that is not in the system."""
     names = [c.name for c in constraints]
     expect.different(names, "constraints of different names", "Say name=… for each.")
     for r in reactions:
@@ -150,7 +150,7 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
 def check_dependent(
     what: str, dependent: tuple[Any, ...], known: Iterable[Any], constraints: Iterable[Constraint], *kinds: str
 ) -> None:
-    """Dependent coordinates or speeds are the system's, each once, and at most as many as it has constraints of these kinds."""
+    """Raise ModelError unless dependent coordinates or speeds are the system's, each once, and at most as many as constraints."""
     names, most = ", ".join(map(str, dependent)), sum(c.kind in kinds for c in constraints)
     if not set(dependent) <= set(known) or len(set(dependent)) < len(dependent):
         raise ModelError(f"Expected dependent_{what}= to list {what} of the system, each once, got {names}.")
@@ -159,7 +159,7 @@ def check_dependent(
 
 
 def state_rates(states: Any) -> dict[StateVariable, Expr]:
-    """The rate of each further state, which holds nothing that is known only after the equations are solved."""
+    """The rates of the further states; raises ModelError if one contains quantities known only after the solution of the equations."""
     expect.instance(states, Mapping, "states= to be a dict {a: rate, …}", "Give each state its rate: {a: (e - a)/tau}.")
     rates: dict[StateVariable, Expr] = {}
     for a, given in states.items():
@@ -190,7 +190,7 @@ def _check_known(a: StateVariable, s: Symbol) -> None:
 
 
 def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
-    """Every state among `symbols`, those of everything, has a rate; nothing by which motions are described depends on one."""
+    """Raise ModelError if a state among `symbols` has no rate, or if the description of motions depends on a state."""
     origins = [(s, s.place if isinstance(s, Rate) else s) for s in symbols]
     states = [(s, origin) for s, origin in origins if isinstance(origin, StateVariable)]
     if not states:
@@ -215,7 +215,7 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
 def warn_of_doubts(
     inertial: Frame, parts: Sequence[Part], gravities: Iterable[Gravity], constraints: Iterable[Constraint]
 ) -> None:
-    """Warn once of each."""
+    """Warn of gravity and contacts that are probably mistakes, once each."""
     messages = [*_turning(inertial, gravities)]
     contacts = {c.forces[0][0]: c for c in constraints if c.normal is not None and c.forces}
     for p, c in contacts.items():
@@ -258,7 +258,7 @@ def _depends_on_coordinates(exprs: Sequence[Expr]) -> bool:
 
 
 def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
-    """What is wrong with the place at which a body rolls."""
+    """Messages about the point at which a body rolls."""
     assert c.normal is not None
     near = [x for x in parts if x.frame is not None and _belongs(x.mass_center, p)]
     home = p.body or _home(p)
@@ -270,7 +270,7 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
     for x in near:
         height = x.mass_center.position(p).dot(c.normal)
         if corner and any(isinstance(s, Coordinate) for s in free_symbols([height])):
-            continue  # that touches at some attitudes, and is above the mass centre at others
+            continue  # a corner is below the mass centre in some orientations only
         if all(sample([height], seed)[0] < 0 for seed in SEEDS):
             yield (
                 f"Expected the contact of {x.name!r} in {label!r} on the side from which the normal {c.normal} points to it, got "
@@ -279,7 +279,7 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
 
 
 def _edge(p: Point, c: Constraint, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
-    """A wheel's contact that moves otherwise, along what it must not slip, than the wheel whose centre it hangs on does there.
+    """Messages about a wheel's contact point whose velocity along a constrained direction is not that of the wheel's particle there.
 
     An edge along a direction of its own frame may be that of a frame without mass.
     """
@@ -297,7 +297,7 @@ def _edge(p: Point, c: Constraint, parts: Sequence[Part], inertial: Frame) -> It
 
 
 def _carried(p: Point, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
-    """A particle that is made on a point which does not move with its body: v^X + ω × r is then the velocity of none."""
+    """Messages about a particle made on a point that does not move with its body: v^X + ω × r is then the velocity of no particle."""
     bodies = [x for x in parts if x.frame is not None and x.frame is p.body]
     if not bodies or p.parent is None or any(x.mass_center is p.parent for x in bodies):
         return
@@ -312,10 +312,10 @@ def _carried(p: Point, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
 
 
 def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
-    """Whether the velocity of the point along e is that of the body's particle there, at random states."""
+    """Whether the velocity of the point along e equals that of the body's particle there, at random states."""
     assert body.frame is not None
     center = body.mass_center
-    if p.body is body.frame and p.parent is center:  # by what a particle is
+    if p.body is body.frame and p.parent is center:  # by the definition of a particle
         return True
     turned = body.frame.angular_velocity(inertial).cross(p.position(center))
     numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]
@@ -335,12 +335,12 @@ def _of_another(p: Point, body: Part, label: str) -> str:
 
 
 def _belongs(center: Point, p: Point) -> bool:
-    """Whether the point hangs on the mass centre, or the mass centre on it or on its parent."""
+    """Whether the point is defined from the mass centre, or the mass centre from it or from its parent."""
     return p.parent is not None and (center is p.parent or center.parent in (p, p.parent))
 
 
 def _home(p: Point) -> Frame | None:
-    """The frame in which the offset of a geometric point stays."""
+    """The frame in which the offset of a geometric point is constant; None if there is none."""
     frames = [f for f, _ in p.offset.parts]
     stays = len(frames) == 1 and not any(isinstance(s, Coordinate) for s in free_symbols(p.offset.scalars()))
     return frames[0] if stays and isinstance(frames[0], Frame) else None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Units of a system: lengths are lengths, forces are forces, sums are sums of one unit, and no factors are left over.
+"""Checks of the units of a system: quantities have their dimensions, terms of sums have equal units, and no factors are missing.
 
-Only where all symbols below carry units. A quantity made of numbers and the time alone is not checked; in a sum a number is of
-dimension one.
+An expression is checked only if all its symbols have units. Expressions in numbers and time alone are not checked; in a sum, a
+number has dimension one.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -35,7 +35,7 @@ _NOUNS = {
     ACCELERATION: "an acceleration (m/s^2)",
 }
 _GIVEN = (AuxiliarySpeed, QuasiRate, Reaction, Time)
-"""Symbols that carry units without being asked."""
+"""Symbols that always have units."""
 
 _FOLLOWING = (Rate, QuasiRate, AuxiliarySpeed)
 """Symbols whose units follow from others, or that are zero in any unit."""
@@ -43,14 +43,14 @@ _FOLLOWING = (Rate, QuasiRate, AuxiliarySpeed)
 _SUMS = (ADD, SUB)
 _JOINED = (*_SUMS, MUL, DIV)
 _LARGEST = 12
-"""The largest number in formulas: a box has m (a² + b²)/12."""
+"""Largest integer taken as a factor of a formula, such as 12 in m (a² + b²)/12."""
 
 Quantity = tuple[str, Unit | None, Iterable[Expr]]
-"""What it is, the unit that it must have up to a scale (None: any), its measure numbers."""
+"""What the quantity is, its unit up to a scale (None: any), and its measure numbers."""
 
 
 def check_units(system: Declarations, symbols: Iterable[Symbol]) -> None:
-    """Refuse units that contradict each other; a system whose symbols carry none costs nothing."""
+    """Raise UnitError for contradictory units; without units there is no cost."""
     everything = dict.fromkeys((*symbols, *system.coordinates, *system.speeds, *system.reactions))
     carriers = [s for s in everything if s.unit]
     unasked = _unasked(system)
@@ -64,7 +64,7 @@ def check_units(system: Declarations, symbols: Iterable[Symbol]) -> None:
 
 
 def _unasked(system: Declarations) -> set[Symbol]:
-    """What joints gave a unit to without being asked, and the rates: shown in it, but a spring of 5 between them is not refused."""
+    """Symbols with units assigned by joints, and their rates: a spring constant of 5 between them is still accepted."""
     named = [s for joint in system.joints for s in joint.named]
     return {*named, *map(rate, named)}
 
@@ -79,7 +79,7 @@ def _check_quantities(system: Declarations, unasked: Iterable[Symbol]) -> None:
 
 
 def _may_lack(e: Expr, bare: Known) -> bool:
-    """Whether units that nobody asked for are left open: alone in an expression, or where a number beside them may be a quantity."""
+    """Whether units assigned by joints may be ignored: alone in an expression, or beside numbers that may be quantities."""
     others = [s for s in free_symbols((e,)) if s.unit and s not in bare and not isinstance(s, (*_GIVEN, *_FOLLOWING))]
     return not others or any(
         other is None or not _is_of_formulas(value) or any(s in bare for s in free_symbols((other,)))
@@ -88,7 +88,7 @@ def _may_lack(e: Expr, bare: Known) -> bool:
 
 
 def _numbers(e: Expr) -> Iterator[tuple[object, Expr | None]]:
-    """Numbers in an expression with what they multiply or divide, None where they are added; exponents are none."""
+    """Numbers in an expression with their cofactors, None for terms of sums; without exponents."""
     for node in postorder((e,)):
         for k, a in enumerate(node.args):
             if a.op is CONST and node.op in _JOINED:
@@ -96,7 +96,7 @@ def _numbers(e: Expr) -> Iterator[tuple[object, Expr | None]]:
 
 
 def _is_of_formulas(value: object) -> bool:
-    """Whether a number stands in formulas, such as 2 and 1/12; 9.81 is a quantity."""
+    """Whether a number is a factor of a formula, such as 2 and 1/12; 9.81 is a quantity."""
     return isinstance(value, int | Fraction) and max(abs(value.numerator), value.denominator) <= _LARGEST
 
 
@@ -126,7 +126,7 @@ def _check_scales(carriers: Iterable[Symbol], unasked: set[Symbol]) -> None:
 
 
 def _trust(u: Unit) -> tuple[bool, bool, float]:
-    """The time's unit first, then those of SI, then those with few factors."""
+    """Sort key: the unit of time first, then those of SI, then those with few factors."""
     return u is not TIME, u.scale != 1, sum(abs(float(e)) for e in u.exponents)
 
 
@@ -199,7 +199,7 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
 
 
 def _cure(e: Expr, missing: Unit) -> str:
-    """What to do about an expression of another unit: a number in it, neither whole nor a half, may be what is missing."""
+    """Advice for an expression with a wrong unit; a number in it that is not a multiple of one half may lack its unit."""
     values = (constant_value(x) for x in postorder((e,)) if x.op is CONST)
     number = next((float(v) for v in values if v is not None and float(2 * v) % 1), None)
     cure = "Correct the expression, or the unit of a symbol in it"
@@ -209,12 +209,12 @@ def _cure(e: Expr, missing: Unit) -> str:
 
 
 def _is_of_time(e: Expr) -> bool:
-    """Whether numbers and the time are all that is in it: a given function, whose numbers have units that nobody said."""
+    """Whether an expression contains only numbers and time, so that its numbers have unknown units."""
     return all(isinstance(s, Time) for s in free_symbols((e,)))
 
 
 def _cure_of_numbers(e: Expr) -> str:
-    """What to do about functions of numbers and the time beside what has another unit."""
+    """Advice for functions of numbers and time in a sum with terms of other units."""
     terms = (a for node in postorder((e,)) if node.op in _SUMS for a in node.args)
     lone = next((a for a in terms if a.args and _is_of_time(a) and free_symbols((a,))), None)
     if lone is None or not _has_unit(lone):
@@ -245,14 +245,14 @@ def _check_reaction(reaction: Reaction) -> None:
         )
 
 
-# Reading ------------------------------------------------------------------------------------------------------------
+# Units of expressions -----------------------------------------------------------------------------------------------
 
 
 def unit_in(system: Declarations, e: Expr) -> str:
-    """The unit of an expression of a system, "" where it is unknown.
+    """The unit of an expression of a system, "" if it is unknown.
 
-    A speed that declares none has that of its definition. Where a symbol of the system has no unit, or a quantity is a bare number
-    (a mass of 2), what is made of several symbols may lack a factor, and its unit is unknown.
+    A speed without a unit has that of its definition. If a symbol of the system has no unit, or a quantity is a number, such as a mass
+    of 2, expressions in several symbols may lack a factor, and their units are unknown.
     """
     if isinstance(e, Symbol) and e.unit:
         return e.unit
@@ -270,17 +270,17 @@ def unit_in(system: Declarations, e: Expr) -> str:
         return unit_of(e)
     try:
         return unit_of(e, units)
-    except UnitError:  # a speed without a unit is not checked
+    except UnitError:  # definitions of speeds without units are not checked
         return ""
 
 
 def _is_complete(system: Declarations) -> bool:
-    """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
+    """Whether all symbols except speeds have units, and no dimensional quantity is a nonzero number."""
     symbols = (*system.coordinates, *system.states, *system.parameters, *system.inputs, *system.reactions)
     if not all(s.unit for s in symbols):
         return False
     try:
-        if _unasked(system):  # the units that joints chose fit the others
+        if _unasked(system):  # units assigned by joints must agree with the others
             _check_quantities(system, ())
     except UnitError:
         return False

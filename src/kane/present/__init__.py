@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Results to read and look at: steps as text, the report, plots."""
+"""Presentation of results: steps as text, reports, sketches, plots and animations."""
 
 from kane.lazy_imports import offered
 

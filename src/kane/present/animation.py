@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`animate`: a motion to look at, in one HTML file or a notebook, as glTF, or as pictures."""
+"""`animate`: an animation of a motion, in an HTML page or a notebook, as glTF, or as pictures."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from kane.space.frame import Point
 from kane.whole import FIGURES, exchange_marked, path_of
 
 _RATE, _FEWEST, _MOST = 30.0, 200, 1800
-"""Instants a second that is played, and how many there are at least and at most."""
+"""Instants per second of the animation, and their least and largest number."""
 _PLAYED = 8.0
-"""Seconds that a motion of less than one, or of many, is played in."""
+"""Duration (s) of the animation of a motion shorter than 1 s, or much longer."""
 _MARK = b'<meta name="generator" content="kane">'
 _MARKS = (_MARK, b'"generator":"kane"', FIGURES[0], b"made by kane")
-"""By what a page, glTF, a PNG and other pictures that `save` wrote are known."""
+"""Marks by which files written by `save` are recognized: pages, glTF, PNG and other pictures."""
 MODE_COLOURS = {
     N_("separated"): "#c9ced6", N_("closed"): "#8fbcf2", N_("stick"): "#5b9be6", N_("slip"): "#f2994a",
 }  # fmt: skip
@@ -181,13 +181,13 @@ def animate(
 
 
 def animation_of(solutions: Sequence[Solution], scene: Scene, traces: Sequence[Point], autoplay: bool) -> Animation:
-    """Motions of one system, of which the scene is at hand."""
+    """An animation of motions of one system whose scene is known."""
     numbers = tuple(_point_index(scene, p) for p in traces)
     return Animation(tuple(solutions), scene, tuple(course(scene, s) for s in solutions), numbers, autoplay)
 
 
 def _point_index(scene: Scene, point: Point) -> int:
-    """The number of a point's position, which the scene must have."""
+    """The index of a point's position in the scene; raises an error if the scene does not contain it."""
     wanted = point.position(point.root()).components(scene.system.inertial)
     for k, place in enumerate(scene.positions):
         if all(a is b for a, b in zip(place, wanted, strict=True)):
@@ -198,7 +198,7 @@ def _point_index(scene: Scene, point: Point) -> int:
 
 
 def course(scene: Scene, solution: Solution) -> PosedMotion:
-    """The poses at instants enough to be played; of a motion that cannot be run again, as one from a file, at its samples."""
+    """The poses at instants for playing; for a motion that cannot be evaluated between samples, as one from a file, at its samples."""
     try:
         motion = solution.at(_instants(solution))
     except SimulationError:
@@ -227,13 +227,13 @@ def _played(span: float) -> float:
 
 
 def _up(scene: Scene, poses: Posed) -> Array:
-    """Against gravity, else the inertial frame's third axis, or its second where nothing leaves the plane of the first two."""
+    """The direction opposite to gravity, or the inertial third axis, or the second if all points are in the plane of the first two."""
     flat = all(p[2] is ZERO for p in scene.positions)
     return against_gravity(scene, poses.directions[0], np.array([0.0, 1.0, 0.0] if flat else [0.0, 0.0, 1.0]))
 
 
 def _front(scene: Scene, course: PosedMotion, up: Array) -> Array:
-    """The direction to look from: across the plane of a planar system, else along the horizontal axis that hides least."""
+    """The direction from which to look: normal to the plane of a planar system, or else along the horizontal axis that hides least."""
     p = course.poses.positions.reshape(-1, 3)
     p = p[np.isfinite(p).all(axis=1)]
     spread = p - p.mean(axis=0) if len(p) else np.zeros((1, 3))
@@ -286,4 +286,4 @@ FORMATS: dict[str, Callable[[Animation, Path], object]] = {
     ".glb": _write_gltf,
     **dict.fromkeys((".gif", ".png", ".mp4", ".webp"), _write_pictures),
 }
-"""What writes each format."""
+"""The writer of each format."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ready figures: the energy and power of a motion, cycles along a branch."""
+"""Figures of the energy and power of a motion, and of limit cycles along a branch."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -25,9 +25,9 @@ from kane.present.plotted.traces import NOISE, Axis, Panel, energies, in_time, j
 from kane.units.rules import unit_text
 
 _LEAST = 1e-6
-"""Share of the mean power that would move the energy's scale, below which powers are what rounding leaves."""
+"""Ratio to the energy's scale over the duration of the motion below which powers are rounding residues."""
 _ON_CIRCLE = 1e-4
-"""Multipliers nearer to the unit circle are on it."""
+"""Distance from the unit circle within which multipliers are shown on it."""
 _KINDS = dict(zip(("fold", "flip", "torus"), COLOURS[1:], strict=False))
 
 
@@ -42,7 +42,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
     Raises
     ------
     ArgumentError
-        if it is no motion, or the path ends in something else
+        if `solution` is not a motion, or the path has a different ending
     """
     expect.instance(solution, Solution, "a motion from kn.simulate", error=ArgumentError)
     place = file_path(path, 'kn.figures.energy_balance(sol, "energy.svg")')
@@ -56,7 +56,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
 
 
 def _seen(made: Sequence[Panel]) -> list[Array]:
-    """The curves of energies and powers; what is left has corners of its own."""
+    """The curves of energies and powers; the residual is excluded, as its rounding errors are never smooth."""
     return [trace.y.values for panel in made[:2] for trace in panel.traces if not trace.note]
 
 
@@ -94,9 +94,9 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     Raises
     ------
     SimulationError
-        if it is no branch of cycles, or has one cycle only
+        if `branch` is not a branch of cycles, or has one cycle only
     ArgumentError
-        if the path ends in something else, or a quantity has several values
+        if the path has a different ending, or a quantity has several values
     """
     expect.instance(branch, CycleBranch, "a branch from cycle.follow", error=SimulationError)
     place = file_path(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
@@ -119,7 +119,7 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
 
 
 def _rows(branch: CycleBranch) -> list[tuple[float, Any, bool]]:
-    """Value, cycle, and whether those from it to the next are stable; cycles at which stability changes are among them."""
+    """Value, cycle, and stability up to the next row; the cycles at which stability changes are included."""
     rows: list[tuple[float, Any, bool]] = []
     for k, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True)):
         rows.append((value, cycle, cycle.stable))
@@ -131,7 +131,7 @@ def _rows(branch: CycleBranch) -> list[tuple[float, Any, bool]]:
 
 
 def _range(rows: Sequence[tuple[float, Any, bool]], what: Any) -> tuple[str, list[Array]]:
-    """A quantity's label, and its least and greatest value over each cycle."""
+    """The label of a quantity, and its minimum and maximum over each cycle."""
     found: list[tuple[float, float]] = []
     label = ""
     for _, cycle, _ in rows:
@@ -143,7 +143,7 @@ def _range(rows: Sequence[tuple[float, Any, bool]], what: Any) -> tuple[str, lis
 
 
 def _along(a: Axes, rows: Sequence[tuple[float, Any, bool]], values: Array) -> None:
-    """One line along the branch, in stretches of one stability each."""
+    """Draw one line along the branch, in sections of constant stability."""
     at = np.array([value for value, _, _ in rows])
     stable = np.array([flag for _, _, flag in rows])[:-1]
     cuts = [0, *(np.flatnonzero(stable[1:] != stable[:-1]) + 1).tolist(), len(stable)]
@@ -154,6 +154,6 @@ def _along(a: Axes, rows: Sequence[tuple[float, Any, bool]], values: Array) -> N
 
 
 def _marks(a: Axes, branch: CycleBranch) -> None:
-    """Where a cycle comes to be stable, or to be so no more."""
+    """Mark the values at which stability changes."""
     for change in branch.changes:
         a.axvline(change.value, color=_KINDS[change.kind], linewidth=0.9, linestyle=(0, (4, 2)), label=change.kind)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Each u̇ multiplied out: what loads and the inertia of bodies contribute, a product a term, where that is short.
+"""Each u̇ expanded into products, one for each contribution of a load or of the inertia of a body, if that is short.
 
     u̇_r = Σ_s M⁻¹_rs (F_s + F*_s at u̇ = 0)
 
-M⁻¹ is written for speeds that at most two at a time are coupled by M; no constraints or contacts hold the system.
+M⁻¹ is written in closed form for speeds that M couples at most in pairs; systems with constraints or contacts are excluded.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,12 +18,12 @@ from kane.expr.visit import substitute
 from kane.write.latex import to_latex
 
 _TERMS, _SPEEDS, _LETTERS = 8, 4, 90
-"""Terms of an equation, equations, and letters of a term in LaTeX up to which it is short."""
+"""Limits of what is short: terms of an equation, equations, and letters of a term in LaTeX."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cause:
-    """A term of u̇: the load or body that it comes from, whether that is `active` or `inertia`, and its LaTeX."""
+    """A term of u̇: the load or body from which it comes, its kind, "active" or "inertia", and its LaTeX."""
 
     source: str
     kind: str
@@ -32,7 +32,7 @@ class Cause:
 
 
 def multiplied_out(eom: Equations) -> Mapping[Symbol, Sequence[Cause]] | None:
-    """The terms of each u̇; None where they are many or long."""
+    """The terms of each u̇; None if they are too many or too long."""
     if eom.embedding or eom.system.contacts or len(eom.speeds) > _SPEEDS:
         return None
     inverse = _inverse(eom)
@@ -50,7 +50,7 @@ def multiplied_out(eom: Equations) -> Mapping[Symbol, Sequence[Cause]] | None:
 
 
 def _forces(eom: Equations, u: Symbol) -> Mapping[tuple[str, str], Expr]:
-    """What each load and each body puts beside M u̇ in the equation of u."""
+    """Contributions of loads and bodies to the equation of u, except M u̇."""
     still = {rate(s): ZERO for s in eom.speeds}
     own = eom.contributions(u)
     found: dict[tuple[str, str], list[Expr]] = {}
@@ -61,7 +61,7 @@ def _forces(eom: Equations, u: Symbol) -> Mapping[tuple[str, str], Expr]:
 
 
 def _terms(shares: Sequence[tuple[Expr, Mapping[tuple[str, str], Expr]]]) -> Iterator[Cause | None]:
-    """Of each load and body the products that it adds to u̇; None for what is long."""
+    """The products that each load and body adds to u̇; None in place of long ones."""
     for which in dict.fromkeys(which for _, own in shares for which in own):
         products = expanded(sum_of([mul(m, own[which]) for m, own in shares if which in own]))
         for product in [None] if products is None else products:
@@ -71,7 +71,7 @@ def _terms(shares: Sequence[tuple[Expr, Mapping[tuple[str, str], Expr]]]) -> Ite
 
 
 def _inverse(eom: Equations) -> Mapping[tuple[int, int], Expr] | None:
-    """The entries of M⁻¹ that do not vanish; None where M couples more than two speeds."""
+    """The nonzero entries of M⁻¹; None if M couples more than two speeds."""
     m, n = eom.mass_matrix, len(eom.speeds)
     result: dict[tuple[int, int], Expr] = {}
     for i in range(n):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a report says of a derivation, whatever its format: seven chapters of formulas, and the operation receipt."""
+"""The chapters of a report on a derivation, independent of the format: the seven steps, and operation counts."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,20 +18,20 @@ from kane.space.frame import Frame, Point
 from kane.write.latex import symbol_latex
 
 LONG = 300
-"""Formulas longer than this, as text, are folded away."""
+"""Length of a formula, as text, above which it is collapsed."""
 _FEW = 12
-"""At most as many intermediates are unfolded."""
+"""Largest number of intermediates shown without collapsing."""
 _WIDE, _HIGH = 9, 16
-"""Speeds, and speeds with auxiliary ones, beyond which mass matrix and table of partial velocities are not laid out as such."""
+"""Numbers of speeds, and of speeds with auxiliary ones, above which mass matrix and table of partial velocities are not printed."""
 _BRIEF, _SHORT = 7, 60
-"""More formulas than this, each shorter than this as text, are set in two columns."""
+"""Formulas are set in two columns if they are more than this, each shorter than this as text."""
 _MOST = 400
-"""Lines of the solution beyond which it is left out."""
+"""Number of lines of the solution above which it is omitted."""
 
 
 @dataclass(frozen=True, slots=True)
 class MatrixEquation:
-    """What ends in a matrix, by its rows; `entries` are the formulas of those that are not zero."""
+    """An equation with a matrix by its rows; `entries` are the formulas of its nonzero entries."""
 
     head: str
     rows: tuple[tuple[str, ...], ...]
@@ -46,7 +46,7 @@ class MatrixEquation:
 
 @dataclass(frozen=True, slots=True)
 class FormulaBlock:
-    """Formulas with the intermediates that they share, and matrix equations, which stand first."""
+    """Formulas with their shared intermediates, and matrix equations, which precede them."""
 
     between: tuple[DisplayedFormula, ...] = ()
     formulas: tuple[DisplayedFormula, ...] = ()
@@ -59,15 +59,15 @@ class FormulaBlock:
 
     @property
     def brief(self) -> bool:
-        """Whether the formulas are many and short, so that two columns hold them."""
+        """Whether the formulas are many and short, for two columns."""
         return len(self.formulas) > _BRIEF and all(len(f.name + f.text) < _SHORT for f in self.formulas)
 
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """A step: its formulas, what is better laid out as a table, where terms come from; of step 7 the solution.
+    """A step: its formulas, its tables, the origin of its terms; for step 7 the solution.
 
-    Where constraints make speeds dependent, `by_all_speeds` are the forces and equations of all, behind those of the independent ones.
+    With dependent speeds, `by_all_speeds` are the forces and equations of all speeds, after those of the independent ones.
     """
 
     number: int
@@ -82,7 +82,7 @@ class Chapter:
 
     @property
     def formulas(self) -> tuple[DisplayedFormula, ...]:
-        """All formulas but those of the solution."""
+        """All formulas except those of the solution."""
         return (*self.block.formulas, *self.by_all_speeds.formulas)
 
 
@@ -116,7 +116,7 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
 def _block(
     eom: Equations, number: int, results: Sequence[Result]
 ) -> tuple[FormulaBlock, Mapping[Quantity, DisplayedFormula]]:
-    """The results laid out, and the formula of each."""
+    """The block of the results, and the formula of each."""
     between, written = result_formulas(results, eom.system.inertial)
     shown = dict(zip((quantity for quantity, _ in results), written, strict=True))
     displays: list[MatrixEquation] = []
@@ -176,12 +176,12 @@ _EMBEDDED = {
         r"or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$."
     ),
 }
-"""Of a system with constraints: what is said besides, of step 7 instead."""
+"""Texts for systems with constraints: in addition, or for step 7 instead."""
 
 
 _ALL = (N_("Partial angular velocities and partial velocities"), Kind.PARTIAL_ANGULAR_VELOCITY, Kind.PARTIAL_VELOCITY)
 _OF_INDEPENDENT = (Kind.NONHOLONOMIC_INERTIA_FORCE, Kind.NONHOLONOMIC_MASS, Kind.NONHOLONOMIC_FORCING)
-"""What stands before, and apart from, the like of all speeds."""
+"""Quantities of independent speeds, which precede those of all speeds in a separate block."""
 _INDEPENDENT = (
     N_("Nonholonomic partial angular velocities and partial velocities"),
     Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY,
@@ -217,7 +217,7 @@ def _matrix(
 
 
 def _right(shown: Mapping[Quantity, DisplayedFormula], quantity: Quantity) -> str:
-    """What is zero has no formula."""
+    """The right side of a quantity's formula; "0" for a quantity without one."""
     return shown[quantity].right if quantity in shown else "0"
 
 
@@ -235,7 +235,7 @@ _SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√", "po
 
 @dataclass(frozen=True, slots=True)
 class Costs:
-    """`lines`: (operation, of parameters alone, with the state, both). `groups`: (results, on their own, added to those above)."""
+    """Operation counts. `lines`: (operation, parameters only, with the state, sum). `groups`: (results, alone, added to others)."""
 
     lines: tuple[tuple[str, int, int, int], ...]
     total: tuple[int, int, int]
@@ -243,7 +243,7 @@ class Costs:
 
 
 def costs(eom: Equations) -> Costs:
-    """What one evaluation of the right-hand side and the reactions costs."""
+    """The operation counts of one evaluation of the right-hand side and the reactions."""
     roots = (*eom.right_hand_side, *eom.solved.reactions)
     hoisted = dict(count_operations(_of_parameters(roots)).by_operation)
     counts = dict(eom.operations.by_operation)
@@ -254,7 +254,7 @@ def costs(eom: Equations) -> Costs:
 
 
 def _of_parameters(roots: Iterable[Expr]) -> list[Expr]:
-    """The nodes that depend on nothing but parameters."""
+    """The nodes that depend on parameters only."""
     alone: dict[Expr, bool] = {}
     for node in postorder(list(roots)):
         alone[node] = isinstance(node, Parameter) if isinstance(node, Symbol) else all(alone[a] for a in node.args)
@@ -262,10 +262,10 @@ def _of_parameters(roots: Iterable[Expr]) -> list[Expr]:
 
 
 def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, int]]:
-    """Only nodes that the whole evaluation has count as added, so that the additions sum to its total."""
+    """Counts by group; only nodes of the whole evaluation count as added, so that these add up to its total."""
     whole = set(postorder(list(roots)))
     solved = ((tr(r"$\dot{u}$, solved"), eom.solved.accelerations), (tr("reactions, solved"), eom.solved.reactions))
-    if eom.operations.total == count_operations(eom.right_hand_side).total:  # u̇ is found by way of the reactions
+    if eom.operations.total == count_operations(eom.right_hand_side).total:  # u̇ is computed from the reactions
         solved = solved[::-1]
     parts: tuple[tuple[str, tuple[Expr, ...]], ...] = (
         (r"$\dot{q} = W u + X$", eom.rates),
@@ -284,7 +284,7 @@ def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, i
         before = after
 
 
-# Sentences that each format has -----------------------------------------------------------------------------------------
+# Sentences common to all formats ----------------------------------------------------------------------------------------
 
 
 def solved_text(reactions: bool) -> str:
@@ -293,12 +293,12 @@ def solved_text(reactions: bool) -> str:
 
 
 def by_all_text(number: int) -> str:
-    """The heading of forces and equations of all speeds, where constraints make some dependent."""
+    """The heading of forces and equations of all speeds, if some are dependent."""
     return tr("By all speeds, with the forces of the constraints") if number == 7 else tr("By all speeds")
 
 
 def operations_text(reactions: bool) -> str:
-    """What is counted as operations."""
+    """A description of the counted operations."""
     head = (
         tr(r"What one evaluation of $\dot{q}$, $\dot{u}$ and the reactions takes, solution included.")
         if reactions

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks with their figures, as the demo prints them and a report shows them; those of a motion need nothing but itself."""
+"""Checks with their figures, as the demo prints them and a report shows them; those of a motion use the motion alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -41,17 +41,17 @@ class Check(Attributes):
 
 
 def energy_check(solution: Solution, *, of: str = "the loads", limit: float = SIX_DIGITS) -> Check:
-    """Whether the energy changed by the work done, and by nothing else."""
+    """The check that the energy changes only by the work done."""
     energy = solution.energy_check
     return Check(f"energy less the work of {of}, along the motion", energy.relative, limit, str(energy))
 
 
 BY_LOADS = N_("energy less the work of the loads, along the motion")
-"""The name of that check where nothing else is said."""
+"""The default name of that check."""
 
 
 def energy_text(energy: EnergyCheck) -> str:
-    """What `str` says of it, in the language of a report."""
+    """The text of an energy check, as by `str`, in the language of a report."""
     return tr(
         "energy minus work constant to %(drift)s J (%(relative)s of the energy present at t = %(at)s s)",
         drift=f"{energy.drift:.2e}", relative=f"{energy.relative:.1e}", at=f"{energy.at:.4g}",
@@ -59,18 +59,18 @@ def energy_text(energy: EnergyCheck) -> str:
 
 
 _SAMPLES = 101
-"""At most as many instants are looked at."""
+"""Largest number of instants that are examined."""
 _CONDITION = 1e10
 _FAINT = ROUNDED_CHAIN / EQUAL
-"""Share of the largest row below which a row is measured by the largest, whose rounding it may hold."""
+"""Ratio to the largest row below which a row is judged beside the largest, as it may consist of its rounding errors."""
 
 
 def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Check, ...]:
-    """The checks of a motion; that of the energy is left out where `others` has it already."""
+    """The checks of a motion, without that of the energy if `others` contain it."""
     energy = replace(energy_check(solution), name=tr(BY_LOADS), detail=energy_text(solution.energy_check))
     checks = [] if any(c.detail == energy.detail for c in others) else [energy]
     few = _thinned(solution, np.arange(len(solution)))
-    # where the constraints lose rank, reactions have no value
+    # reactions are undefined where the constraints lose rank
     told = _thinned(solution, np.flatnonzero(~solution.lost))
     residual = [max(map(_residual, _by_mode(told)), key=lambda c: c.figure)] if len(told) else []
     checks += [_power(few, solution.energy_check), *residual, _mass(few), _kinematical(few)]
@@ -86,14 +86,14 @@ def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:
 
 
 def taken(solution: Solution, at: npt.NDArray[np.int_]) -> Solution:
-    """Some of the samples."""
+    """The motion at some of its samples."""
     equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
     parts: dict[str, Any] = {what: getattr(solution, what)[at] for what in ("t", "states", "work", "phase")}
     return replace(solution, samples=equations, **parts)
 
 
 def _by_mode(solution: Solution) -> list[Solution]:
-    """The parts of a motion in each mode of contacts, of the equations that hold there; all of one that has none."""
+    """The parts of a motion in each mode of contacts, with the equations of the mode; the whole motion without contacts."""
     modes = list(dict.fromkeys(eom for eom in solution.samples if eom.system.modes))
     at = [np.flatnonzero([own is eom for own in solution.samples]) for eom in modes]
     return [replace(taken(solution, k), equations=eom) for eom, k in zip(modes, at, strict=True)] or [solution]
@@ -116,7 +116,7 @@ def _power(solution: Solution, energy: EnergyCheck) -> Check:
 
 
 def _residual(solution: Solution) -> Check:
-    """Over the size of M u̇, F_r, F*_r and Aᵀλ, a row at a time; a row that is all but zero is measured by the largest."""
+    """The residual relative to the sizes of M u̇, F_r, F*_r and Aᵀλ in each row; rows near zero are judged beside the largest."""
     eom = solution.equations
     active, inertia = np.array(solution[list(eom.Fr)]), np.array(solution[list(eom.Fr_star)])
     u_dot = np.array(solution[[rate(u) for u in eom.speeds]])
@@ -132,7 +132,7 @@ def _residual(solution: Solution) -> Check:
 
 
 def _constraint_balance(solution: Solution, left: Array) -> tuple[Array, Array]:
-    """What the constraints exert on each row, and the size of its terms: Aᵀλ, with the λ that balance the speeds' rows best."""
+    """Aᵀλ with the λ that balance the rows of speeds best, and the sizes of its terms."""
     eom, n = solution.equations, len(solution.equations.speeds)
     if not len(eom.b):
         return np.zeros_like(left), np.zeros_like(left)
@@ -165,7 +165,7 @@ def _mass(solution: Solution) -> Check:
 
 
 def _permitted(solution: Solution, mass: Array) -> Array:
-    """M for the motions that the constraints permit, Nᵀ M N with A N = 0."""
+    """M on the motions that satisfy the constraints, Nᵀ M N with A N = 0."""
     eom = solution.equations
     if not len(eom.b):
         return mass
@@ -194,7 +194,7 @@ def _constraints(solution: Solution) -> Check:
 
 
 def _reactions(solution: Solution) -> Check:
-    # it holds the dependent speeds eliminated, and these change
+    # the dependent speeds, which may change along the motion, are eliminated from the matrix
     size = len(solution.equations.reactions)
     matrix = stacked(solution.by_sample(lambda eom: eom.solved.reaction_matrix.entries), (size, size))
     return Check(tr("condition number of the reactions' equations"), _condition(matrix), _CONDITION, _at(solution))
@@ -207,7 +207,7 @@ def _condition(matrices: Array) -> float:
 
 
 def _matrix(solution: Solution, matrix: Matrix) -> Array:
-    """Values (samples, rows, columns)."""
+    """Values of a matrix (samples × rows × columns)."""
     values: Array = stacked(solution[matrix.entries], matrix.shape)
     return values
 

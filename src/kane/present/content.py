@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All that a report says, whatever its format: what was declared, the chapters, checks, and tables of a motion."""
+"""The content of a report in any format: declarations, chapters, checks, and tables of a motion."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -33,13 +33,13 @@ from kane.write.latex import symbol_latex
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Content:
-    """What every writer of reports takes; `tables` are those of the solution, where there is one.
+    """The content that every writer of reports uses; `tables` are those of the solution, if any.
 
-    Of a motion with contacts `eom` are the equations of its first `mode`, and so are the loads that a sketch shows where no gap
-    may open; `moving` has no mode.
+    For a motion with contacts, `eom` are the equations of its first `mode`, and so are the loads in a sketch if no gap may open;
+    `moving` has no mode.
 
-    `other_methods` is the chapter on other methods, where there is one, `sections` are those on small motions, `notes` what `report`
-    was given.
+    `other_methods` is the chapter on other methods, if any, `sections` are those on small motions, `notes` the argument of
+    `report`.
     """
 
     title: str
@@ -61,13 +61,13 @@ class Content:
 
     @property
     def symbols(self) -> tuple[Symbol, ...]:
-        """What sketch, sliders and formulas have in common."""
+        """The symbols of sketch, sliders and formulas."""
         eom = self.eom
         return (*eom.state, *eom.parameters, *eom.inputs, *eom.reactions)
 
     @property
     def meanings(self) -> list[tuple[str, str]]:
-        """The coordinates that are described, in LaTeX, and what they are."""
+        """The described coordinates in LaTeX, with their descriptions."""
         return [(symbol_latex(q), q.description) for q in self.eom.coordinates if q.description]
 
 
@@ -84,7 +84,7 @@ def content_of(
     root_locus: Branch | None = None,
     notes: Sequence[Any] = (),
 ) -> Content:
-    """The content of a report; arguments are those of `report`."""
+    """The content of a report; arguments as for `report`."""
     check_equations(eom)
     if solution is not None and not isinstance(solution, Solution):
         raise ArgumentError(f"Expected solution= as a motion from kn.simulate, got {cut(repr(solution))}.")
@@ -92,7 +92,7 @@ def content_of(
         raise ArgumentError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
-    kept = checked(notes)  # before all that takes time
+    kept = checked(notes)  # fails before expensive work
     check_small_motions(eom, linearization, root_locus)
     given = expect.instances(checks, Check, "checks= as a list of kn.Check", "Write checks=[…].", error=ArgumentError)
     quoted = expect.instances(sources, str, "sources= as a list of texts", 'Write sources=["…"].', error=ArgumentError)
@@ -102,7 +102,7 @@ def content_of(
     if solution is not None and eom.system.modes_change:
         eom = solution.samples[0]
     moving = scene(whole, shapes)
-    # loads and reactions of a mode are drawn, but not one whose closed gaps leave few poses to draw
+    # draw the loads and reactions of the mode, unless its closed gaps would restrict the pose
     seen = moving if eom is whole or any(c.gap is not None for c in whole.system.contacts) else scene(eom, shapes)
     return Content(
         title=title or tr("Equations of motion: %(bodies)s", bodies=", ".join(b.name for b in eom.system.bodies)),
@@ -125,7 +125,7 @@ def content_of(
 
 
 def _mode(whole: Equations, eom: Equations) -> str:
-    """The mode of contacts that is derived, in words."""
+    """The derived mode of the contacts, in words."""
     pairs = zip(whole.system.contacts, eom.system.modes, strict=True)
     told = ", ".join(f"{c.name} {tr(m.word(c))}" for c, m in pairs)
     return tr(
@@ -149,14 +149,14 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
 
 
 def _in_language(check: Check, solution: Solution | None) -> Check:
-    """A check with its texts in the language of the report, where they are none of the user's."""
+    """A check with its texts in the language of the report, unless they are the user's."""
     energy = None if solution is None else solution.energy_check
     detail = energy_text(energy) if energy is not None and check.detail == str(energy) else check.detail
     return replace(check, name=tr(check.name), detail=detail)
 
 
 def _start(solution: Solution) -> PageTable:
-    """The state at the start and at the end."""
+    """A table of the state at the start and at the end."""
     eom = solution.equations
     ends = zip(eom.state, solution.states[0], solution.states[-1], strict=True)
     rows = tuple((Tex(symbol_latex(s)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
@@ -165,7 +165,7 @@ def _start(solution: Solution) -> PageTable:
 
 
 def _reactions(solution: Solution) -> Iterator[PageTable]:
-    """The least and the greatest value of each reaction, and when; where constraints lose rank, reactions have none."""
+    """The minimum and maximum of each reaction, with times; reactions are undefined where constraints lose rank."""
     symbols = solution.equations.reactions
     rows: list[tuple[Cell, ...]] = []
     every = np.array(solution[list(symbols)])
@@ -181,13 +181,13 @@ def _reactions(solution: Solution) -> Iterator[PageTable]:
 
 
 _SHOWN = 100
-"""As many changes of a motion are listed."""
+"""Largest number of changes of a motion in a table."""
 _NO_ENERGY = 1e-9
-"""Share of the largest energy below which a change is none."""
+"""Fraction of the largest energy below which a change of energy is shown as zero."""
 
 
 def _changes(solution: Solution) -> Iterator[PageTable]:
-    """When a motion was changed, by which events, what contacts do from then on, and what energy that took."""
+    """A table of changes of a motion: times, events, subsequent modes of contacts, and energy lost."""
     begins = solution.begins.tolist()
     if not begins:
         return
@@ -206,7 +206,7 @@ def _changes(solution: Solution) -> Iterator[PageTable]:
 
 
 def run_text(solution: Solution) -> str:
-    """How a motion was run, as a sentence: from when to when, in what, why it ended, how well it keeps its energy."""
+    """A sentence on the run of a motion: span, steps and evaluations, reason for its end, energy error."""
     run = {
         "begin": f"{solution.t[0]:g}",
         "end": f"{solution.t[-1]:.6g}",

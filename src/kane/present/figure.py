@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`plot`: quantities along motions as one figure, for papers, notebooks and scripts."""
+"""`plot`: quantities along motions in one figure, for papers, notebooks and scripts."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -25,14 +25,14 @@ FORMATS: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": "kane"},
     ".pdf": {"CreationDate": None, "Creator": "kane"},
 }
-"""Endings of the files that can be written, and the metadata that makes them the same each time, and known."""
+"""Endings of figure files, with metadata that make them reproducible and recognizable."""
 
 _HIGH, _SQUARE, _STRIP = 1.9, 3.6, 0.3
 """Heights in inches: a panel against time, one of y against x, the strip of a contact's modes."""
 
 
 class Picture(Figure):
-    """A figure that a notebook shows without pyplot."""
+    """A figure that a notebook displays without pyplot."""
 
     def _repr_png_(self) -> bytes:
         out = io.BytesIO()
@@ -92,7 +92,7 @@ def plot(
 
 
 def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]) -> Figure:
-    """A figure with all panels: against time, modes of contacts, y against x."""
+    """A new figure with all panels: against time, modes of contacts, y against x."""
     along = [panel for panel in made if not panel.across]
     across = [panel for panel in made if panel.across]
     strips = [
@@ -121,7 +121,7 @@ def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]
 
 
 def panel_column(rows: int, height: float, below: str = "") -> tuple[Figure, list[Axes]]:
-    """A figure of panels above each other, `height` inches each, with one label below."""
+    """A figure of panels one above the other, `height` inches each, with one label below."""
     figure = Picture(figsize=(6.4, height * rows + 0.6), layout="constrained")
     axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
     for a in axes:
@@ -131,7 +131,7 @@ def panel_column(rows: int, height: float, below: str = "") -> tuple[Figure, lis
 
 
 def file_path(path: str | Path | None, example: str) -> Path | None:
-    """The path of a figure's file, if there is one, whose ending is known."""
+    """The path of a figure's file, or None; raises ArgumentError for an unknown ending."""
     place = None if path is None else path_of(path, example)
     if place is not None and place.suffix.lower() not in FORMATS:
         raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(place)!r}.")
@@ -139,13 +139,13 @@ def file_path(path: str | Path | None, example: str) -> Path | None:
 
 
 def saved(figure: Figure, place: Path | None) -> Figure:
-    """The figure, where it has a place also as a file, instead of one that `kane` wrote or of none."""
+    """The figure, also written to a file if `place` is given, which must be new or written by `kane`."""
     if place is not None:
         exchange_marked(place, partial(save, figure), *FIGURES)
     return figure
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure, the same each time, in the format that the path's ending says."""
+    """Write a figure reproducibly, in the format of the path's ending."""
     with matplotlib.rc_context({"svg.hashsalt": "kane"}):
         figure.savefig(path, metadata=FORMATS[path.suffix.lower()], dpi=160)

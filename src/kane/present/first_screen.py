@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The first screen of a report: how the system moves, why it moves so, and what follows, on one time; where a kernel can, live.
+"""The first screen of a report: the motion, its causes and its results on one time line, interactive if a kernel can run in the page.
 
-Why: each u̇ multiplied out, a term for each cause with its present value, where that is short; else in each row of F_r + F*_r = 0
-every load and every body with its present value. What follows: coordinates, speeds,
-reactions and energy. Where the motion is one that a module of WebAssembly runs, sliders change parameters and start, and the page
-runs the same kernel as `kn.simulate` anew.
+Causes: each u̇ expanded into products with their current values, if that is short; otherwise, in each row of F_r + F*_r = 0, the
+current contribution of every load and body. Results: coordinates, speeds, reactions and energy. If WebAssembly can run the motion,
+sliders change parameters and start, and the page runs the same kernel as `kn.simulate`.
 """
 
 from __future__ import annotations
@@ -44,26 +43,26 @@ from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 
 METHOD = "dop853"
-"""The stepper of live motions."""
+"""The stepper of interactive motions."""
 SAMPLES = 601
-"""Instants of a live motion."""
+"""Number of instants of an interactive motion."""
 _ROWS, _TERMS, _LINES = 5, 8, 6
-"""Rows of equations that are unfolded, terms of one, and lines of a plot at most: those that are largest along the motion."""
+"""Largest numbers of expanded rows, terms of a row, and lines of a plot; the largest along the motion are shown."""
 _NOTHING = 1e-11
-"""Share of the energy that is nothing."""
+"""Fraction of the energy below which a contribution is not shown."""
 _SLIDERS = 6
-"""Sliders of parameters, and of the start, at most."""
+"""Largest number of sliders of parameters, and of the start."""
 _MODES = 9
-"""Modes of contacts up to which a page has all that there are; else it has those of the motion."""
+"""Number of modes of contacts up to which a page contains all modes; beyond it, only those of the motion."""
 _LONGEST = 4000
-"""Operations of an evaluation beyond which a page is not live."""
+"""Number of operations of an evaluation beyond which a page is not interactive."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShownQuantity:
-    """A number along the motion: `group` is where it is shown, `label` LaTeX or, of a load or body, its name.
+    """A number along the motion: `group` is where it is shown, `label` its LaTeX or the name of a load or body.
 
-    Of a term of u̇ `source` is the load or body that it comes from.
+    For a term of u̇, `source` is the load or body from which it comes.
     """
 
     group: str
@@ -76,7 +75,7 @@ class ShownQuantity:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slider:
-    """A parameter or a start that the reader may change."""
+    """A parameter or start value that the reader can change."""
 
     kind: str
     name: str
@@ -90,7 +89,7 @@ class Slider:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TermRow:
-    """A row of F_r + F*_r = 0 or of u̇: what it is of, and its terms by number."""
+    """A row of F_r + F*_r = 0 or of u̇: its label, and its terms with their indices."""
 
     label: str
     terms: tuple[tuple[int, ShownQuantity], ...]
@@ -98,9 +97,9 @@ class TermRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstScreen:
-    """What the template shows: the viewer, rows, folded ones, plots as (title, unit, lines), sliders, and data for the script.
+    """The values of the template: the viewer, rows, collapsed rows, plots as (title, unit, lines), sliders, and data for the script.
 
-    `multiplied` says that the rows are those of u̇.
+    `multiplied` is true if the rows are those of u̇.
     """
 
     view: Markup
@@ -114,7 +113,7 @@ class FirstScreen:
 
 
 def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
-    """The first screen of a motion, and of the scene of its system where that is at hand."""
+    """The first screen of a motion, with the scene of its system if it is already available."""
     eom = solution.equations
     animation = animation_of([solution], scene(eom) if drawn is None else drawn, (), autoplay=False)
     found = multiplied_out(eom)
@@ -131,11 +130,11 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     return FirstScreen(part, found is not None, shown_rows, folded, plots, sliders, packed, still)
 
 
-# What is shown ---------------------------------------------------------------------------------------------------------
+# Displayed quantities --------------------------------------------------------------------------------------------------
 
 
 def terms(eom: Equations) -> Iterator[ShownQuantity]:
-    """Of each equation the loads and the bodies, each with what it contributes: F̃_r = F_r + Σ_D A_n,Dr F_D, and so for inertia."""
+    """For each equation the contributions of loads and bodies: F̃_r = F_r + Σ_D A_n,Dr F_D, and likewise for inertia."""
     dependent = [eom.contributions(u) for u in eom.dependent_speeds]
     for j, u in enumerate(eom.independent_speeds):
         own = eom.contributions(u)
@@ -149,7 +148,7 @@ def terms(eom: Equations) -> Iterator[ShownQuantity]:
             every += [x for parts in by_source.values() for x in parts]
             for name, parts in by_source.items():
                 yield ShownQuantity(f"why {u.name}", name, "", sum_of(parts), kind)
-        if eom.system.contacts:  # whose forces are those of the modes, and balance the rest
+        if eom.system.contacts:  # contact forces depend on the mode; they balance the other terms
             yield ShownQuantity(f"why {u.name}", tr("contacts"), "", -sum_of(every), "active")
 
 
@@ -171,9 +170,9 @@ def _lines(eom: Equations) -> Iterator[ShownQuantity]:
 
 
 def _shown(wanted: Sequence[ShownQuantity], dense: Solution, multiplied: bool) -> list[tuple[ShownQuantity, Array]]:
-    """The quantities that matter, with their values along a motion; what vanishes throughout is left out."""
+    """The significant quantities, with their values along a motion; those that vanish throughout are omitted."""
     times = dense.t
-    with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
+    with warnings.catch_warnings():  # rows that are singular somewhere are left out below
         warnings.filterwarnings("ignore", "Expected dependent speeds", KaneWarning)
         values = dense[[q.expr for q in wanted]]
     found = [np.broadcast_to(np.asarray(v, dtype=float), times.shape) for v in values]
@@ -197,7 +196,7 @@ def _shown(wanted: Sequence[ShownQuantity], dense: Solution, multiplied: bool) -
 
 
 def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
-    """How large the terms of a row must be to count: their work beside the kinetic energy, or of u̇ what they change of u."""
+    """The least significant size of terms of a row: their work beside the kinetic energy, or for u̇ the change of u."""
     eom = dense.equations
     energy = float(np.nanmax(np.abs(dense[eom.kinetic_energy]), initial=0.0))
     result = {}
@@ -211,7 +210,7 @@ def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
 def _rows(
     dense: Solution, shown: Sequence[tuple[ShownQuantity, Array]], multiplied: bool
 ) -> tuple[tuple[TermRow, ...], tuple[TermRow, ...]]:
-    """Rows whose terms do most work along the motion, and the others: work is what rows of forces and of torques have in common."""
+    """The rows whose terms do most work along the motion, and the others; work is comparable for rows of forces and of torques."""
     rows: list[TermRow] = []
     work: list[float] = []
     for u in dense.equations.independent_speeds:
@@ -236,13 +235,13 @@ def _plots(
         yield tr(group), _unit(unit), tuple(lines)
 
 
-# What runs in the page --------------------------------------------------------------------------------------------------
+# Code that runs in the page ---------------------------------------------------------------------------------------------
 
 
 def _live(
     solution: Solution, animation: Animation, values: Sequence[ShownQuantity]
 ) -> tuple[dict[str, Any] | None, tuple[Slider, ...], str]:
-    """The modules and what they are given; or why the page shows only what has been run."""
+    """The modules and their data; or the reason why the page shows only the given motion."""
     eom = solution.equations
     inputs = {s: constant(solution.inputs[s]) for s in eom.inputs if s in solution.inputs}
     if any(v is None for v in inputs.values()):
@@ -273,7 +272,7 @@ def _live(
 
 
 def _modules(solution: Solution, exprs: Sequence[Expr]) -> tuple[bytes, bytes, dict[str, Any]]:
-    """What runs the motion, what reads expressions along it, and of contacts the colours of what they do."""
+    """The module that runs the motion, that which evaluates expressions along it, and the colours of modes of contacts."""
     eom, compiled = solution.equations, solution.equations.compile()
     if not eom.system.modes_change:
         return emit_simulator_wasm(compiled, METHOD, samples=SAMPLES), emit_wasm(_reader(eom, exprs)), {}
@@ -290,13 +289,13 @@ def _modules(solution: Solution, exprs: Sequence[Expr]) -> tuple[bytes, bytes, d
 
 
 def _reader(eom: Equations, exprs: Sequence[Expr]) -> Program:
-    """What evaluates expressions."""
+    """The program that evaluates expressions."""
     bundle = output_bundle(eom.solved, {f"{k}": e for k, e in enumerate(exprs)})
     return program(eom.solved, (), bundle, reciprocals=False)
 
 
 def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, float]) -> Iterator[Slider]:
-    """Of parameters and of the start those that leave it on the constraints."""
+    """Sliders of those parameters and start values whose change does not violate constraints."""
     rows = [c.expr for c in eom.system.constraints]
     held = set(free_symbols(rows))
     free = [p for p in eom.parameters if p not in held and p.name in given]

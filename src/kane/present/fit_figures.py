@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figure of a fit: what is left of each column, and how the estimates hang together."""
+"""The figure of a fit: residuals of each column, and the correlation of the estimates."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import look
 
 _NUMBERS = 12
-"""So many unknowns, at most, have their correlations written in."""
+"""Largest number of unknowns for which correlations are printed."""
 
 
 def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
@@ -32,7 +32,7 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
     Raises
     ------
     ArgumentError
-        if it is no fit, or the path ends in something else
+        if `fit` is not a fit, or the path has a different ending
     """
     expect.instance(fit, Fit, "a fit from kn.fit", error=ArgumentError)
     place = file_path(path, 'kn.figures.fit_figure(fit, "fit.svg")')

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expressions, vectors and results of the steps as formulas that share one list of intermediates, Z1 and so on; a step as text.
+"""Expressions, vectors and results of the steps as formulas with shared intermediates Z1, Z2, …; a step as text.
 
-Long formulas are broken at the outermost sums where there are any.
+Long formulas are broken at the outermost sums where possible.
 """
 
 import re
@@ -27,9 +27,9 @@ from kane.write.latex import LATEX, latex_name, point_latex, symbol_latex
 
 @dataclass(frozen=True)
 class DisplayedFormula:
-    """left = right, written as plain text or as LaTeX when it is asked for; `shared` says that it is an intermediate.
+    """A formula left = right, written as plain text or LaTeX on demand; `shared` marks an intermediate.
 
-    `terms` are display trees, each along an axis of a basis; of an expression the one tree, along none.
+    `terms` are expression trees, each along an axis of a basis; a scalar has one tree without an axis.
     """
 
     name: str
@@ -61,7 +61,7 @@ class DisplayedFormula:
 def formulas(
     items: Sequence[tuple[Any, Expr | Vector]], left: Callable[[Any], str] = latex_name
 ) -> tuple[list[DisplayedFormula], list[DisplayedFormula]]:
-    """The shared intermediates, and a formula for each item; `left` gives the LaTeX of a label."""
+    """The shared intermediates, and a formula for each item; `left` returns the LaTeX of a label."""
     parts = [_measures(value) if isinstance(value, Vector) else [(False, value, None, "")] for _, value in items]
     shown = layout(by_two_angles([e for part in parts for _, e, _, _ in part]))
     trees = iter(shown.trees)
@@ -76,7 +76,7 @@ def formulas(
 
 
 def _measures(v: Vector) -> list[tuple[bool, Expr, Basis | None, str]]:
-    """Sign, size, basis and axis of each measure number that is not zero."""
+    """Sign, absolute value, basis and axis of each nonzero measure number."""
     terms: list[tuple[bool, Expr, Basis | None, str]] = []
     for basis, triple in v.parts:
         for e, axis in zip(triple, "xyz", strict=True):
@@ -94,12 +94,12 @@ def _signed(minus: bool, tree: Tree) -> Tree:
 def result_formulas(
     results: Sequence[Result], inertial: Frame
 ) -> tuple[list[DisplayedFormula], list[DisplayedFormula]]:
-    """The intermediates that results of a step share, and a formula for each."""
+    """The shared intermediates of the results of a step, and a formula for each result."""
     return formulas(results, lambda quantity: quantity_latex(quantity, inertial))
 
 
 def quantity_latex(quantity: Quantity, inertial: Frame | None = None) -> str:
-    r"""LaTeX of a quantity: the angular velocity of C is {}^N\boldsymbol\omega^C; that of a symbol is its own."""
+    r"""LaTeX of a quantity, such as {}^N\boldsymbol\omega^C for the angular velocity of C; a symbol has its own."""
     if quantity.kind in _SCALARS:
         return quantity.named(_SCALARS[quantity.kind], _named)
     letter = _VECTORS.get(quantity.kind)
@@ -111,7 +111,7 @@ def quantity_latex(quantity: Quantity, inertial: Frame | None = None) -> str:
 
 
 def _named(place: Any, dots: bool = False) -> str:
-    """LaTeX of a symbol, or its rate, or of a constraint's name."""
+    """LaTeX of a symbol, of its rate, or of the name of a constraint."""
     if not isinstance(place, Symbol):
         return latex_name(place.name)
     return symbol_latex(rate(place) if dots else place)
@@ -148,7 +148,7 @@ _BREAK = re.compile(r" (?=[+-] )")
 
 
 def step_text(step: Step, eom: Equations, width: int = WIDTH) -> str:
-    """The step with one shared list of intermediates, lines of about `width` columns at most."""
+    """The step as text with one shared list of intermediates, in lines of about `width` columns at most."""
     lines = [f"Step {step.number}. {step.title}", *wrapped(step.text, indent=_INDENT, hang=_INDENT, width=width)]
     if step.number == 1:
         told = (f"{q.name}  {', '.join(filter(None, (q.description, q.unit)))}" for q in eom.coordinates)
@@ -170,9 +170,9 @@ def _block(shown: list[DisplayedFormula], width: int) -> list[str]:
 
 
 def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int = WIDTH) -> list[str]:
-    """Lines of at most `width` columns, the first indented by `indent`, the others by `hang`, where the text allows it.
+    """Lines of at most `width` columns if possible, the first indented by `indent`, the others by `hang`.
 
-    Of the places at which a line can end the outermost is taken, and of those the last: first before a + or −, then at a space.
+    A line ends at the last of the outermost possible positions: before a + or −, otherwise at a space.
     """
     following = indent + 4 if hang is None else hang
     lines, lead, rest = [], indent, text
@@ -186,7 +186,7 @@ def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int =
 
 
 def _break_position(text: str, room: int, least: int) -> int | None:
-    at = [*accumulate((c in "([{") - (c in ")]}") for c in text)]  # brackets that are open after each character
+    at = [*accumulate((c in "([{") - (c in ")]}") for c in text)]  # depth of brackets after each character
     for pattern in (_BREAK, re.compile(" ")):
         places = [m.start() for m in pattern.finditer(text) if min(least, room) <= m.start() <= room]
         if places:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A report as one HTML file that needs nothing else."""
+"""A report as one self-contained HTML file."""
 
 from collections.abc import Iterable
 from importlib.metadata import version
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def html(content: Content, name: str) -> Document:
-    """The page; the file's name is of no account."""
+    """The page; the file's name is not used."""
     solution, seen = content.solution, content.seen
     screen = None if solution is None or not seen.drawable else screen_of(solution, content.moving)
     drawn = () if screen is None else [q.expr for _, _, lines in screen.plots for _, q in lines]
@@ -55,7 +55,7 @@ def html(content: Content, name: str) -> Document:
 
 
 def _plots(solution: Solution, drawn: Iterable[Expr]) -> "list[tuple[Plot, Markup]]":
-    """Plots of what the first screen does not draw."""
+    """Plots of quantities that the first screen does not show."""
     from kane.present.motion_plots import plots
 
     return _drawn(plots(solution, drawn))
@@ -66,7 +66,7 @@ def _drawn(some: "Iterable[Plot]") -> "list[tuple[Plot, Markup]]":
 
 
 def _sketches(seen: Scene, title: str) -> list[Markup]:
-    """The drawing as a desk and as a phone show it; none of a system that has nothing to draw."""
+    """The sketch for desktop and phone widths; none if the system cannot be drawn."""
     return [Markup(s.svg) for s in draw_each(seen, (WIDE, NARROW), title=title)] if seen.drawable else []
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of a beam: the functions of its deformations, and its deformed axis along a motion."""
+"""Figures of a beam: its shape functions, and its deformed axis along a motion."""
 
 from collections.abc import Sequence
 from numbers import Integral
@@ -22,7 +22,7 @@ from kane.present.figure import file_path, panel_column, saved
 
 _STATIONS = 33
 _NAMED = 9
-"""So many times are named one by one; more have a scale of colours."""
+"""Largest number of times in a legend; more are shown by a colour scale."""
 _NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist", "g": "v by shear", "h": "w by shear"}
 
 
@@ -32,7 +32,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     Parameters
     ----------
     beam : kn.Beam
-    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
+    path : file to write, `.png`, `.svg` or `.pdf`; an existing file is replaced if it is such a figure
     """
     expect.instance(beam, Beam, "a kn.Beam")
     place = file_path(path, 'kn.figures.mode_figure(beam, "modes.svg")')
@@ -93,7 +93,7 @@ def beam_figure(
 
 
 def _at(solution: Solution, times: Any) -> tuple[Solution, list[int]]:
-    """The motion and its samples at the times; of one that cannot be run again, as one from a file, the nearest samples."""
+    """The motion with its samples at the times; if it cannot be evaluated between samples, as one from a file, the nearest samples."""
     begin, end = float(solution.t[0]), float(solution.t[-1])
     told = f"times= as times of the motion, from {begin:.9g} to {end:.9g}, or how many"
     if isinstance(times, Integral):
@@ -112,13 +112,13 @@ def _at(solution: Solution, times: Any) -> tuple[Solution, list[int]]:
 
 
 def _scale(times: Array) -> ScalarMappable:
-    """Colours of times, the last ones not too pale."""
+    """The colours of times, without the palest."""
     shades = ListedColormap(mpl.colormaps["viridis"](np.linspace(0, 0.9, 256)))
     return ScalarMappable(Normalize(float(times.min()), float(times.max())), shades)
 
 
 def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
-    """Places of the axis in the beam's frame (times × stations × (1 + deflections)): along the axis, then v and w."""
+    """Positions of the axis in the beam's frame (times × stations × (1 + deflections)): along the axis, then v and w."""
     whole = beam.deformation
     directions = [whole.axis, *(f.along for f in whole.bending)]
     wanted = [whole.place(float(x)).dot(e) for x in stations for e in directions]

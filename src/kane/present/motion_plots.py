@@ -25,11 +25,11 @@ from kane.units.rules import unit_text
 from kane.write.latex import latex_name, point_latex, symbol_latex
 
 _UNKNOWN = frozenset('"&`#')
-"""Characters that matplotlib's formulas do not know."""
+"""Characters that matplotlib's mathtext cannot display."""
 
 
 def label_of(named: Symbol | Point | str) -> str:
-    """A symbol, a point or another name as a picture shows it."""
+    """A symbol, a point or another name as a label in a picture."""
     name = named if isinstance(named, str) else named.name
     if _UNKNOWN & set(name):
         return name.replace("$", r"\$")
@@ -40,19 +40,19 @@ def label_of(named: Symbol | Point | str) -> str:
 
 INK, RULE, FAINT = "#010203", "#010204", "#010205"
 SERIES = tuple(f"#0203{i:02x}" for i in range(1, 7))
-"""Stand-ins that `to_svg` replaces by the page's colours."""
+"""Placeholders that `to_svg` replaces by the page's colours."""
 COLOURS = ("#0b5cad", "#c2410c", "#1a7f37", "#7c3aad", "#b3266b", "#0e7490")
-"""The page's colours of series on light paper, for figures outside of a page."""
+"""The page's colours of series on white, for figures outside of a page."""
 
 _THEME = {INK: "currentColor", RULE: "var(--rule)", FAINT: "var(--faint)"} | {
     c: f"var(--series-{i})" for i, c in enumerate(SERIES, 1)
 }
 WIDTH = 5.4
-"""Width of a figure in inches: one column of the page, and a phone."""
+"""Width of a figure in inches, for one column of the page and for a phone."""
 
 
 def panels(rows: int, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
-    """A figure of `rows` panels above each other, styled; `height` inches each."""
+    """A figure with `rows` panels one above the other, styled, `height` inches each."""
     total = height * rows + 0.45
     figure = Figure(figsize=(WIDTH, total))
     figure.patch.set_visible(False)
@@ -88,7 +88,7 @@ def legend(a: Axes, **options: Any) -> None:
 
 
 def to_svg(figure: Figure, prefix: str) -> str:
-    """The figure as an `<svg>` element; its identifiers begin with `prefix`."""
+    """The figure as an `<svg>` element, with `prefix` in its identifiers."""
     out = io.StringIO()
     figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = out.getvalue()
@@ -106,7 +106,7 @@ def to_svg(figure: Figure, prefix: str) -> str:
 
 
 def _lean(svg: str) -> str:
-    """The same picture in half the text: without comments, names that nothing refers to, digits and spaces that are not seen."""
+    """The same picture in half the text: without comments, unused identifiers, invisible digits and spaces."""
     used = set(re.findall(r"#([\w.-]+)(?=[\")])", svg))
     svg = re.sub(
         r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL)
@@ -119,7 +119,7 @@ def _lean(svg: str) -> str:
 
 
 def _shorter(number: re.Match[str]) -> str:
-    """To a hundredth of a point, which is 1/72 inch; scales, which are small, to four digits."""
+    """A number rounded to a hundredth of a point (1/72 inch); numbers below 1, such as scales, to four digits."""
     value = float(number[0])
     return f"{value:.2f}".rstrip("0").rstrip(".") if abs(value) >= 1 else f"{value:.4g}"
 
@@ -129,7 +129,7 @@ _COLOURED = ("color", "edgecolor", "facecolor", "markeredgecolor", "markerfaceco
 
 
 def to_print(figure: Figure) -> Figure:
-    """The figure in the colours of white paper."""
+    """The figure in colours for white paper."""
     figure.draw_without_rendering()  # ticks are made when they are drawn
     for artist in figure.findobj():
         for what in _COLOURED:
@@ -141,15 +141,15 @@ def to_print(figure: Figure) -> Figure:
 
 
 _FAINT = 1e-3
-"""Share of the absolute tolerance below which values are what rounding leaves."""
+"""Fraction of the absolute tolerance below which values are rounding residues."""
 _PANELS = 7
-"""Quantities beyond which those of one unit share a panel."""
+"""Number of quantities beyond which those of one unit share a panel."""
 _LABELS = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A titled figure in stand-ins for colours, with a sentence that says what is seen."""
+    """A titled figure in placeholder colours, with a caption."""
 
     name: str
     title: str
@@ -163,7 +163,7 @@ class Plot:
 
 
 def plots(solution: Solution, drawn: Iterable[Expr] = ()) -> list[Plot]:
-    """The plots that apply to the motion, but those of quantities that are all `drawn` elsewhere."""
+    """The plots that apply to the motion, without those of quantities that are all `drawn` elsewhere."""
     eom, elsewhere = solution.equations, set(drawn)
     traced: list[tuple[str, str, Sequence[Any], Any]] = [
         ("coordinates", N_("Generalized coordinates"), eom.coordinates, solution.q.T),
@@ -200,13 +200,13 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
 
 
 def level(axes: Any, values: Sequence[Any], solution: Solution) -> None:
-    """What is far below the absolute tolerance of a motion is drawn as zero: rounding errors are not to fill the panel."""
+    """Draw values far below the absolute tolerance of a motion as zero, so that rounding errors do not fill the panel."""
     if solution.atol > 0 and np.abs(np.asarray(values, dtype=float)).max(initial=0) < _FAINT * solution.atol:
         axes.set_ylim(-solution.atol, solution.atol)
 
 
 def balance(solution: Solution) -> Plot:
-    """Energies; power against dE/dt; what is left of E − E(0) − ∫P dt."""
+    """Plots of energies, of power and dE/dt, and of the residual E − E(0) − ∫P dt."""
     eom, t = solution.equations, solution.t
     kinetic, potential, total = solution[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
     power, rate = solution.power, solution[eom.time_derivative(eom.energy)]
@@ -220,7 +220,7 @@ def balance(solution: Solution) -> Plot:
     axes[1].plot(t, rate, color=INK, linewidth=1, linestyle="--", label="dE/dt")
     axes[1].set_ylabel(tr("power [W]"))
     least = 1e-6 * solution.energy_check.scale / (np.ptp(t) or 1.0)
-    if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors are not to fill the panel
+    if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors must not fill the panel
         axes[1].set_ylim(-least, least)
     legend(axes[1], ncols=2, loc="best")
     axes[2].plot(t, solution.energy_drift, color=SERIES[4])
@@ -234,7 +234,7 @@ def balance(solution: Solution) -> Plot:
 
 
 def _plane(spread: Any, system: System) -> tuple[int, int]:
-    """The axes of largest motion, the earlier ones where none differ, to the right and up; what is vertical goes up."""
+    """The two axes with the largest motion, to the right and up, the earlier ones for equal motion; a vertical axis points up."""
     first, second = sorted(sorted(range(3), key=lambda i: -spread[i])[:2])
     upright = [c is not ZERO for c in upward(system).components(system.inertial)]
     return (second, first) if upright == [i == first for i in range(3)] else (first, second)

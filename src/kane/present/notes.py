@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the reader of a report is told besides: the author's own Markdown, with formulas between dollar signs, and figures.
+"""The author's notes in a report: Markdown with formulas between dollar signs, and figures.
 
-HTML in the text is shown as text, images are given as files or figures of their own: what a page holds was put there on purpose, and
-it loads nothing. Pictures stand in `<img>`, in which no script runs.
+HTML in the text is shown as text, and images are accepted as files or figures only, so that a page contains only intended content
+and loads nothing. Pictures are in `<img>`, where scripts do not run.
 """
 
 import base64
@@ -27,7 +27,7 @@ _WANTED = 'notes= as a list of Markdown, figures of matplotlib and Paths of .svg
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A picture that was read from a file: what it is called, its ending, its bytes."""
+    """A picture read from a file: its name, ending and bytes."""
 
     name: str
     ending: str
@@ -35,12 +35,12 @@ class Image:
 
 
 def checked(notes: Iterable[Any]) -> tuple[Any, ...]:
-    """The notes: Markdown and figures as they were given, an Image for the Path of one.
+    """The notes: Markdown and figures unchanged, an Image for a Path.
 
     Raises
     ------
     ArgumentError
-        if one is something else, or a file is no picture that can be read
+        if a note is something else, or a file is not a readable picture
     """
     if isinstance(notes, str | Path) or not isinstance(notes, Iterable):
         raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(notes))}.")
@@ -56,7 +56,7 @@ def _checked(note: Any) -> Any:
 
 
 def written(note: Any) -> Markup:
-    """HTML of a note."""
+    """The HTML of a note."""
     if isinstance(note, str):
         return Markup(parser().render(note))
     if isinstance(note, Image):
@@ -65,7 +65,7 @@ def written(note: Any) -> Markup:
 
 
 def title_of(figure: Any) -> str:
-    """The title of a figure of matplotlib, or of its first axes that have one."""
+    """The title of a matplotlib figure, or of its first titled axes."""
     titles = (a.get_title() for a in figure.axes)
     return str(figure.get_suptitle() or next(filter(None, titles), "figure"))
 
@@ -76,7 +76,7 @@ def _image(data: bytes, ending: str, told: str) -> Markup:
 
 
 def _read(path: Path) -> bytes:
-    """The bytes of a picture of a kind that its first ones show."""
+    """The bytes of a picture; raises ArgumentError unless their beginning agrees with the file's ending."""
     ending = path.suffix.lower()
     if ending not in _KINDS:
         raise ArgumentError(f"Expected a picture that ends in {', '.join(_KINDS)}, got {cut(str(path))!r} in notes=.")
@@ -94,7 +94,7 @@ def _read(path: Path) -> bytes:
 
 
 def _drawn(figure: Any) -> bytes:
-    """A figure as SVG, the same each time."""
+    """A figure as reproducible SVG."""
     import matplotlib
 
     out = io.BytesIO()
@@ -108,7 +108,7 @@ def _drawn(figure: Any) -> bytes:
 
 @cache
 def parser() -> "MarkdownIt":
-    """What reads the text of a note."""
+    """The Markdown parser of notes."""
     from markdown_it import MarkdownIt
 
     made = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
@@ -123,14 +123,14 @@ def _formula(token: Any) -> str:
 
 
 def _lower(state: Any) -> None:
-    """Headings stand below that of the section."""
+    """Lower headings below that of the section."""
     for token in state.tokens:
         if token.type.startswith("heading"):
             token.tag = f"h{min(int(token.tag[1]) + 2, 6)}"
 
 
 def _math(state: Any, silent: bool) -> bool:
-    """$…$ or $$…$$: a price, as in $5 and $6, is none; dollars that follow a backslash are dollars."""
+    """Formulas $…$ or $$…$$; prices, as in $5 and $6, and escaped dollar signs are text."""
     for mark in ("$$", "$"):
         if state.src.startswith(mark, state.pos):
             found = next(_ends(state.src, state.pos + len(mark), mark), None)
@@ -145,7 +145,7 @@ def _math(state: Any, silent: bool) -> bool:
 
 
 def _ends(text: str, begin: int, mark: str) -> Iterator[int]:
-    """Where a formula that begins there may end."""
+    """Positions at which a formula that begins there may end."""
     if mark == "$" and text[begin : begin + 1].isspace():
         return
     at = text.find(mark, begin)

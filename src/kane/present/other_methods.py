@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What Kane's method leaves out, counted for the system of a report: the same by Lagrange's and by Newton's and Euler's equations.
+"""Comparison of Kane's method with Lagrange's and the Newton–Euler equations for the system of a report.
 
     m a − F − R = 0 of every body, and so (F − m a)·∂v/∂u_r + … = F_r + F*_r = −Σ R·v_r − Σ S·ω_r = 0     (Yoo 2004, eq. 5, 6 and 9)
 
-R and S, which Newton's and Euler's equations solve for, do no work in the motions that the constraints admit: by partial velocities
-they are gone before anything is solved. u̇ of Lagrange's equations, which know no partial velocity, shows it in numbers.
+R and S, unknowns of the Newton–Euler equations, do no work in motions that satisfy the constraints: partial velocities eliminate them
+before anything is solved. This is verified numerically with u̇ from Lagrange's equations, which do not use partial velocities.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,12 +30,12 @@ from kane.present.overview import PageTable
 from kane.program.from_expressions import Task, build_program, receipt
 
 _LARGEST = 400
-"""Operations up to which a report has the chapter where nothing is said."""
+"""Number of operations up to which a report has this chapter by default."""
 
 
 @dataclass(frozen=True, slots=True)
 class WhyKane:
-    """The methods with what each has to solve for, and sentences on what was found at states drawn at random."""
+    """A table of methods with their unknowns, and sentences on results at random states."""
 
     table: PageTable
     found: tuple[str, ...]
@@ -65,12 +65,12 @@ _HEAD = (
 
 
 def is_small(eom: Equations) -> bool:
-    """Whether the chapter takes no time to speak of."""
+    """Whether the chapter takes little time."""
     return eom.operations.total <= _LARGEST and not eom.system.modes_change
 
 
 def why_kane(eom: Equations) -> WhyKane:
-    """The chapter of these equations."""
+    """The chapter for these equations."""
     rows = [_row(eom, tr("Kane"), len(eom.independent_speeds), 0, eom.right_hand_side, eom.derived.state)]
     try:
         other = eom.by("lagrange first kind")
@@ -87,7 +87,7 @@ def why_kane(eom: Equations) -> WhyKane:
 def _row(
     eom: Equations, name: str, accelerations: int, forces: int, roots: Sequence[Expr], state: Sequence[Any]
 ) -> tuple[str, ...]:
-    """A method that is solved: operations of the rates of its state, and forces, as they stand and as they would be compiled."""
+    """The row of a method: operations for the rates of its state, and forces, as written and as compiled."""
     task = Task("rates", roots, (len(roots),), [f"{k}" for k in range(len(roots))])
     t, x, *given = ports(eom.derived)
     code = build_program("method", (t, replace(x, symbols=tuple(state)), *given), [task], True, optimize=True)
@@ -96,7 +96,7 @@ def _row(
 
 
 def _newton_euler(eom: Equations) -> list[tuple[str, ...]]:
-    """Six accelerations of a rigid body, three of a particle; a measure number of a force for each that constraints take away."""
+    """The row of Newton–Euler: six accelerations of a rigid body, three of a particle, a constraint force for each lost freedom."""
     if deforming(eom.system.bodies):
         return []
     free = sum(3 if part.frame is None or part.inertia is None else 6 for part in parts_of(eom.system.bodies))
@@ -108,11 +108,11 @@ def _newton_euler(eom: Equations) -> list[tuple[str, ...]]:
     )
 
 
-# What is found in numbers ---------------------------------------------------------------------------------------------
+# Numerical verification -----------------------------------------------------------------------------------------------
 
 
 def _agreement(eom: Equations, other: Formulation) -> Iterator[str]:
-    """How near accelerations by the other method are, and what constraint forces leave in F_r + F*_r by them."""
+    """Sentences on the agreement of accelerations, and on the contribution of constraint forces to F_r + F*_r, by another method."""
     u_dot = tuple(map(rate, eom.speeds))
     shares = list(terms(eom))
     forces = dict(_constraint_forces(eom))
@@ -160,7 +160,7 @@ def _agreement(eom: Equations, other: Formulation) -> Iterator[str]:
 
 
 def _largest(forces: Mapping[str, Expr], at: Sequence[Place]) -> Iterator[str]:
-    """The largest of the forces R and of the torques S, where there are any."""
+    """The largest of the forces R and of the torques S."""
     for sign, what, unit in (("R", N_("forces of up to %(most)s"), "N"), ("S", N_("torques of up to %(most)s"), "N·m")):
         own = [e for name, e in forces.items() if name[0] == sign]
         most = float(np.nanmax(np.abs(measured(own, at)), initial=0.0))
@@ -169,7 +169,7 @@ def _largest(forces: Mapping[str, Expr], at: Sequence[Place]) -> Iterator[str]:
 
 
 def _on_constraints(eom: Equations, place: Place) -> Place:
-    """The place with speeds that satisfy the constraints, and the rates of the coordinates that follow."""
+    """The state with speeds projected to the constraints, and the rates of the coordinates."""
     u = np.array([place[s] for s in eom.speeds])
     if len(eom.b):
         a = measured(eom.A.entries, [place]).reshape(eom.A.shape)
@@ -180,7 +180,7 @@ def _on_constraints(eom: Equations, place: Place) -> Place:
 
 
 def _constraint_forces(eom: Equations) -> Iterator[tuple[str, Expr]]:
-    """R of mass centres and S of bodies by name; none where loads act elsewhere, too, which are parts of the balance of a body."""
+    """R of mass centres and S of bodies by name; none if loads act elsewhere, which would be part of a body's balance."""
     other = eom.by("newton-euler")
     n = len(eom.coordinates)
     names = [str(s) for s in other.unknowns[n:]]

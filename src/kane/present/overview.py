@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was declared, as one table that the notebook, the report and the command each render, and tables of the report in LaTeX.
+"""The declarations of a system as tables that the notebook, the report and the command render, and tables of the report in LaTeX.
 
-A row holds what its cells are, not how they look: expressions, vectors, points, symbols. A renderer chooses groups and columns.
+A row contains the values of its cells: expressions, vectors, points, symbols. A renderer chooses groups and columns.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -26,11 +26,11 @@ from kane.units.rules import unit_text
 from kane.write.latex import point_latex, symbol_latex, to_latex, unit_vector_latex
 
 Row = Mapping[str, Any]
-"""Cells by the names of their columns; "" or None where there is nothing."""
+"""Cells by the names of their columns; "" or None for empty ones."""
 
 
 def _part(part: Part) -> Row:
-    """The cell of the central inertia is the part: along which frame it is read depends on the part's own."""
+    """The row of a part; the cell of the central inertia is the part itself, as its frame is needed to write it."""
     return {
         "body": part.name,
         "kind": N_("particle") if part.frame is None else N_("rigid body"),
@@ -42,7 +42,7 @@ def _part(part: Part) -> Row:
 
 
 def _bodies(system: System) -> Iterable[Row]:
-    """A row for each part of a rigid body, one for all of a flexible one: parts of a beam mean nothing by themselves."""
+    """A row for each part of a rigid body, and one for a flexible body, whose parts have no separate meaning."""
     for body in system.bodies:
         flexible = deforming((body,))
         yield from map(_deforming, flexible) if flexible else map(_part, body.parts())
@@ -67,11 +67,11 @@ _OF_CONTACTS = (
     N_("direction of the slip of %(name)s"), N_("slip below which %(name)s slips straight on"), N_("rounding of the gap of %(name)s"),
     N_("share of %(name)s"),
 )  # fmt: skip
-"""What the parameters mean that contacts declare."""
+"""Descriptions of parameters declared by contacts."""
 
 
 def meaning(s: Symbol) -> str:
-    """The description of a symbol; in the report's language where it is a contact's and not the user's."""
+    """The description of a symbol, in the report's language if it is one of a contact."""
     for text in _OF_CONTACTS:
         before, _, after = text.partition("%(name)s")
         if s.description.startswith(before) and s.description.endswith(after):
@@ -80,7 +80,7 @@ def meaning(s: Symbol) -> str:
 
 
 def _loads(system: System) -> Iterable[Row]:
-    """Gravity comes first; `field` is its acceleration, other loads have none."""
+    """Rows of loads, gravity first; `field` is its acceleration, other loads have none."""
     fields, inner = [g.acceleration for g in system.gravities], _within(system)
     loads = zip_longest(system.all_loads(), fields)
     return (
@@ -90,7 +90,7 @@ def _loads(system: System) -> Iterable[Row]:
 
 
 def _within(system: System) -> dict[Point | Frame, Deforming]:
-    """The places that stand for a flexible body's mass and elasticity, and mean nothing by themselves."""
+    """Points and frames that represent mass and elasticity of flexible bodies, without separate meaning."""
     result: dict[Point | Frame, Deforming] = {}
     for body in deforming(system.bodies):
         places = [p for part in body.parts() for p in (part.mass_center, part.frame, *(x for x, _ in part.momenta))]
@@ -100,7 +100,7 @@ def _within(system: System) -> dict[Point | Frame, Deforming]:
 
 
 def reactions(system: System, auxiliary: Iterable[AuxiliarySpeed] = ()) -> Iterable[Row]:
-    """The reactions; with the auxiliary speeds that bring them into evidence, which may say where they act."""
+    """The reactions, with the auxiliary speeds that bring them into evidence and may define their place."""
     for s, u in zip_longest(system.reactions, auxiliary):
         row = _cut("reaction", s)
         if u is not None and not row["at"]:
@@ -109,7 +109,7 @@ def reactions(system: System, auxiliary: Iterable[AuxiliarySpeed] = ()) -> Itera
 
 
 def _cut(kind: str, s: Symbol) -> Row:
-    """A reaction or auxiliary speed, and where it is: at a point or frame along a direction, or at a constraint."""
+    """A reaction or auxiliary speed, with its place: a point or frame and a direction, or a constraint."""
     cut, (row,) = cut_of(s), _symbols(kind, (s,))
     at: Any = cut.at if cut else constraint_of(s) or ""
     return {**row, "at": at, "along": cut.along if cut else ""}
@@ -153,12 +153,12 @@ DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
 
 
 _FEW = 4
-"""Places of a load that are listed."""
+"""Largest number of places of a load in a table."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tex:
-    """LaTeX in a cell of a table, where a plain string is text."""
+    """LaTeX in a cell of a table; plain strings are text."""
 
     source: str
 
@@ -177,7 +177,7 @@ class PageTable:
 
 
 def declared_tables(eom: Equations, values: Mapping[Any, float] | None = None) -> list[PageTable]:
-    """What was declared, empty tables left out; `values` holds the parameters of a simulation."""
+    """The declarations as tables, without empty ones; `values` are the parameters of a simulation."""
     system = eom.system
     used = {p: v for p, v in (values or {}).items() if p.default is None or v != p.default}
     rows: dict[str, Iterable[Row]] = {group: DECLARED[group](system) for group in DECLARED}
@@ -201,7 +201,7 @@ def declared_tables(eom: Equations, values: Mapping[Any, float] | None = None) -
 
 
 def page_table(title: str, rows: Iterable[Row], *head: str, unfolded: bool = True) -> PageTable:
-    """A table of the columns `head` of what was declared."""
+    """A table of the columns `head` of declarations."""
     return PageTable(
         tr(title) if title else "",
         tuple(map(tr, head)),
@@ -211,16 +211,16 @@ def page_table(title: str, rows: Iterable[Row], *head: str, unfolded: bool = Tru
 
 
 _FIXED = {"kind", "frame", "mass centre"}
-"""Columns whose words are the table's own."""
+"""Columns with texts that can be translated."""
 KINDS = (
     N_("pin"), N_("slider"), N_("cylindrical"), N_("ball"), N_("universal"), N_("planar"), N_("free"), N_("screw"), N_("weld"),
     N_("configuration"), N_("motion"),
 )  # fmt: skip
-"""Words for the kinds of joints and constraints."""
+"""Names of the kinds of joints and constraints."""
 
 
 def _cell(row: Row, column: str) -> Cell:
-    """A cell by the rule of its column, else by what it is."""
+    """A cell by the rule of its column, or by the type of its value."""
     value = row[column]
     if column in _COLUMNS:
         return _COLUMNS[column](row)
@@ -257,11 +257,11 @@ _ATTACHMENTS = {
     (False, False): N_(r"\text{force on }%(place)s"), (False, True): N_(r"\text{force along }%(place)s"),
     (True, False): N_(r"\text{torque on }%(place)s"), (True, True): N_(r"\text{torque along }%(place)s"),
 }  # fmt: skip
-"""What is said of a load by whether it turns, and whether its place is within a flexible body."""
+"""Texts for the place of a load: for a force or a torque, on an ordinary point or frame or within a flexible body."""
 
 
 def _inertia(part: Part | tuple[Coordinate, ...]) -> Tex:
-    """Of a part; of a flexible body what it deforms by."""
+    """The inertia of a part, or the coordinates of deformation of a flexible body."""
     if not isinstance(part, Part):
         return Tex(tr(r"\text{flexible, by }%(coordinates)s", coordinates=_names(part)))
     assert part.frame is not None
@@ -287,7 +287,7 @@ def _at(row: Row) -> Cell:
 
 
 def _along(row: Row) -> Cell:
-    """Of a multiplier the first direction along which its constraint acts."""
+    """The direction of a reaction; for a multiplier the first direction of its constraint."""
     at, along = row["at"], row["along"]
     if isinstance(at, Constraint):
         along = next((v for _, v in (*at.forces, *at.torques)), "")
@@ -336,4 +336,4 @@ _COLUMNS: dict[str, Callable[[Row], Cell]] = {
     "orientation": lambda row: _orientation(row["orientation"]),
     "position": lambda row: _position(row["position"], row["within"].get(row["point"])),
 }
-"""Columns whose cells look otherwise than their values do by themselves."""
+"""Columns with their own rule for cells."""

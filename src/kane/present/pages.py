@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What pages are made of: templates, texts beside them, data for scripts, and scripts that they carry deflated."""
+"""Parts of HTML pages: templates, texts of assets, data for scripts, and deflated scripts."""
 
 import base64
 import hashlib
@@ -21,7 +21,7 @@ from kane.present.languages.catalogue import language, plural, tr
 
 @dataclass(frozen=True, slots=True)
 class CarriedText:
-    """A style and scripts as one text in a page, the script that begins them, and what a Content-Security-Policy calls them."""
+    """Style and scripts of a page as one deflated text, the script that loads it, and their hashes for the Content-Security-Policy."""
 
     text: Markup
     loader: Markup
@@ -30,7 +30,7 @@ class CarriedText:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """The text of a file, and what writes each file that lies beside it, by its name."""
+    """The text of a file, and functions that write the files beside it, by name."""
 
     text: str
     beside: Mapping[str, Callable[[Path], object]] = field(default_factory=dict)
@@ -38,13 +38,13 @@ class Document:
 
 @cache
 def asset(name: str, folder: str = "assets") -> str:
-    """Text of a file in present/assets, or another folder of present."""
+    """The text of a file in present/assets, or in another folder of present."""
     return files("kane.present").joinpath(folder, name).read_text(encoding="utf-8")
 
 
 @cache
 def carried(style: str, *scripts: str) -> CarriedText:
-    """What a page carries deflated, to a third of its size; `loader.js` inflates it. No other script may run."""
+    """Style and scripts deflated to a third of their size; `loader.js` inflates them. The policy allows no other script."""
     loader = asset("loader.js", "templates")
     text = deflated(json.dumps([style, *scripts], ensure_ascii=False).encode())
     return CarriedText(Markup(text), Markup(loader), Markup(" ".join(map(_hash, (loader, *scripts)))))
@@ -55,12 +55,12 @@ def _hash(script: str) -> str:
 
 
 def deflated(data: bytes) -> str:
-    """Bytes as text: deflated, in base64."""
+    """Bytes deflated and encoded in base64."""
     return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
 
 
 def environment(**options: Any) -> Environment:
-    """What fills the templates: what they insert is escaped for HTML, and what they lack is an error."""
+    """The environment of the templates, which escapes values for HTML and raises an error for missing ones."""
     told: dict[str, Any] = {"autoescape": True, "undefined": StrictUndefined, **options}
     made: Any = Environment(loader=PackageLoader("kane.present"), extensions=["jinja2.ext.i18n"], **told)
     made.install_gettext_callables(tr, plural, newstyle=True)
@@ -69,21 +69,21 @@ def environment(**options: Any) -> Environment:
 
 
 def as_json(data: Any) -> str:
-    """Text for a script element of type application/json."""
+    """Data as text for a script element of type application/json."""
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def figure_text(x: float) -> str:
-    """A figure of a check: three digits near one, else a power of ten."""
+    """The figure of a check: three digits near one, otherwise in scientific notation."""
     return f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
 
 
 def segments(text: str) -> list[tuple[bool, str]]:
-    r"""Pieces of a sentence, LaTeX between dollar signs marked; `\$` is a dollar."""
+    r"""Pieces of a sentence, with LaTeX between dollar signs marked; `\$` is a dollar sign."""
     pieces = enumerate(re.split(r"(?<!\\)\$", text))
     return [(i % 2 == 1, piece if i % 2 else piece.replace(r"\$", "$")) for i, piece in pieces if piece]
 
 
 def plain(text: str) -> str:
-    """A text without LaTeX as a sentence for `segments`."""
+    """Text without LaTeX, escaped as a sentence for `segments`."""
     return text.replace("$", r"\$")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where each generalized force and each entry of M comes from, as tables; and `show_versions`: what a report of a fault should say."""
+"""The origin of each generalized force and each entry of M, as tables; `show_versions`, for bug reports."""
 
 import platform
 import sys
@@ -27,7 +27,7 @@ _PACKAGES = (
 
 
 def versions() -> dict[str, str]:
-    """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
+    """Versions of kane, of Python and of the packages that kane requires; the processor for which code is compiled; the cache."""
     packages = {name: _version(name) for name in _PACKAGES}
     packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine.versions())
     here = machine.host()
@@ -42,7 +42,7 @@ def versions() -> dict[str, str]:
 
 
 def show_versions() -> None:
-    """Print `versions()`, a line each: paste it into a report of a fault."""
+    """Print `versions()`, one per line, for bug reports."""
     rows = versions()
     width = max(map(len, rows))
     for name, value in rows.items():
@@ -57,12 +57,12 @@ def _version(package: str) -> str:
 
 
 _MOST = 400
-"""Terms beyond which provenance is left out of a report."""
+"""Number of terms above which the origin is omitted from a report."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The terms of the quantity `left` (LaTeX), and a sentence on what contributes nothing to it."""
+    """The terms of the quantity `left` (LaTeX), and a sentence on noncontributing loads or bodies."""
 
     left: str
     count: str
@@ -72,7 +72,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Origins of a chapter's quantities, and the intermediates that their tables share."""
+    """The origins of a chapter's quantities, and their shared intermediates."""
 
     title: str
     origins: tuple[Origin, ...]
@@ -80,7 +80,7 @@ class Provenance:
 
 
 def mass_provenance(eom: Equations) -> Provenance | None:
-    """For each entry on and above the diagonal of M the bodies' shares."""
+    """Contributions of bodies to each entry of M on and above the diagonal."""
     pairs = [(r, s) for i, r in enumerate(eom.speeds) for s in eom.speeds[i:]]
     entries = [(r, s, c) for r, s in pairs for c in eom.mass_contributions(r, s)]
     if len(entries) > _MOST:
@@ -95,7 +95,7 @@ def mass_provenance(eom: Equations) -> Provenance | None:
 
 
 def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> str:
-    """A sentence that names the loads that enter no generalized active force."""
+    """A sentence that names the loads that contribute to no generalized active force."""
     idle = [set(c.noncontributing_loads) for c in contributions]
     names = [load.name for load in eom.loads if all(load in some for some in idle)]
     if not names:
@@ -109,7 +109,7 @@ def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> s
 
 
 def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contributions]) -> Provenance | None:
-    """For each F_r the forces and torques that it is summed from; for each F*_r the bodies' inertia forces and torques."""
+    """The forces and torques in each F_r, or the inertia forces and torques of bodies in each F*_r."""
     if kind is Kind.ACTIVE_FORCE:
         head = tr("load"), tr("on"), tr("force or torque")
         quantities = [(c.speed, c.active, _idle_loads(c.noncontributing_loads)) for c in contributions]

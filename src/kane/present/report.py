@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`report`: the derivation, in seven chapters, and a motion, as HTML, LaTeX or Markdown; with the operation receipt."""
+"""`report`: the derivation in seven chapters, and a motion, as HTML, LaTeX or Markdown, with operation counts."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from kane.whole import exchange_marked, path_of
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """The endings of its files, its writer from content and the file's name, and what a report in it is known by."""
+    """A format: its file endings, its writer from content and the file's name, and the mark by which its reports are recognized."""
 
     endings: tuple[str, ...]
     write: Callable[[Content, str], Document]
@@ -39,7 +39,7 @@ FORMATS = {
     "latex": Format((".tex",), latex, b"% A report of kane "),
     "markdown": Format((".md", ".markdown"), markdown, b"<!-- A report of kane "),
 }
-"""HTML comes first: it is what a path without an ending gets."""
+"""The first, HTML, is the default for a path without an ending."""
 
 
 def report(
@@ -102,7 +102,7 @@ def report(
 
 
 def format_of(path: Path, format: str | None = None) -> str:
-    """The name of a format, given or by the path's ending."""
+    """The name of a format, given explicitly or by the path's ending."""
     if format is not None:
         if format not in FORMATS:
             known = ", ".join(map(repr, FORMATS))
@@ -121,13 +121,13 @@ def format_of(path: Path, format: str | None = None) -> str:
 
 
 def spoken_in(format: str, language: str) -> None:
-    """Refuse a language that reports are not written in, or not in this format: Korean in LaTeX takes another engine."""
+    """Raise ArgumentError for a language without reports, or without reports in this format: Korean in LaTeX needs another engine."""
     if checked(language) != "en" and format == "latex":
         raise ArgumentError(f'Expected language="en" for LaTeX, got {language!r}. Write the report as .html or .md.')
 
 
 def document(eom: Equations, path: Path, format: str | None = None, *, language: str = "en", **told: Any) -> Document:
-    """The text of the report for a path, and the figures beside it; `told` is what else `report` takes."""
+    """The text of the report for a path, and the figures beside it; `told` are the other arguments of `report`."""
     form = format_of(path, format)
     write = FORMATS[form].write
     spoken_in(form, language)

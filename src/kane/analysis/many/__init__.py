@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions to equations at many states at once: arrays in the places of numbers, a Dataset of xarray in that of an answer."""
+"""Analyses at many states: arrays replace numbers in the arguments, and the result is an xarray Dataset."""

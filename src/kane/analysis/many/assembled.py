@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`assemble` at many states: the branch of the first followed along the arrays, then speeds of all at once.
+"""`assemble` at many states: the configurations by continuation along the arrays from the first one, then the speeds of all.
 
-Of the constraints as many rows as there are coordinates to solve for are followed, chosen at the first state; all must hold at last.
+As many constraints as there are unknown coordinates are followed, chosen at the first state; in the end all are verified.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +29,7 @@ _TOLD = 4
 
 
 class One(NamedTuple):
-    """A state on the constraints, q and u in order, what is left of the constraints, and these at the values of the state."""
+    """A state on the constraints: q and u in order, the largest residual, and the configuration constraints for its other values."""
 
     q: Array
     u: Array
@@ -47,14 +47,14 @@ class ConstraintValues(NamedTuple):
 
 
 def closing(eom: Equations) -> Bundle[ConstraintValues]:
-    """The constraints on q, those of Euler parameters too, and on u."""
+    """The bundle of the configuration constraints, with eᵀe − 1 of Euler parameters, and of the velocity constraints."""
     conditions, rows = eom.derived.conditions, eom.derived.constraints
     groups = {"f": list(conditions.f), "gradient": conditions.gradient, "a": rows.a, "b": list(rows.b)}
     return Bundle("closing", ports(eom.derived), ConstraintValues, groups)
 
 
 def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[SquareEquations]:
-    """Some of f, and their derivatives in some of the coordinates."""
+    """The bundle of some rows of f, and their derivatives in some of the coordinates."""
     conditions = eom.derived.conditions
     return Bundle(
         "square", ports(eom.derived), SquareEquations,
@@ -63,13 +63,13 @@ def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundl
 
 
 Motion = Callable[[int, Array], tuple[Array, float]]
-"""The kth speeds at q, with what is left of the constraints on them."""
+"""Returns the speeds of state k at q, and the residual of the velocity constraints."""
 
 
 def assembled(poses: Poses, alone: Callable[[int], One], motion: Motion, together: bool) -> Any:
-    """The states as a Dataset; coordinates that are guessed or left out are solved for.
+    """The states as a Dataset, with guessed and missing coordinates solved for.
 
-    `alone` finds the kth by itself. Speeds of all are found `together` where A u + b = 0 says what is held.
+    `alone` assembles state k by itself. `together` allows speeds of all states to be solved for at once, from A u + b = 0.
     """
     eom = poses.eom
     q = np.full((poses.count, len(eom.coordinates)), np.nan)
@@ -93,7 +93,7 @@ def assembled(poses: Poses, alone: Callable[[int], One], motion: Motion, togethe
 
 
 def start_of(poses: Poses) -> tuple[Array, list[int]]:
-    """Coordinates as they are given (k × n), and which of them are solved for."""
+    """Given coordinates (k × n), and the indices of those to be solved for."""
     given, coordinates = poses.given("q"), poses.eom.coordinates
     base, free = np.zeros((poses.count, len(coordinates))), list[int]()
     for i, s in enumerate(coordinates):
@@ -108,7 +108,7 @@ def start_of(poses: Poses) -> tuple[Array, list[int]]:
 def _follow(
     poses: Poses, places: tuple[Array, Array], free: list[int], start: int, one: One, causes: dict[int, str]
 ) -> None:
-    """Coordinates q (k × n) in the places that are free, and what is left of the constraints there."""
+    """Solve for the free coordinates in q (k × n) by continuation, and store the residuals of the constraints."""
     (q, left), eom = places, poses.eom
     numeric = eom.numeric()
     level = one.level
@@ -138,7 +138,7 @@ def _follow(
 
 
 def level_of(poses: Poses, k: int) -> LevelSet:
-    """The configuration constraints of the kth state, by compiled code."""
+    """The configuration constraints of state k, by compiled code."""
     t, p, r = (x[k] for x in poses.numbers())
     eom = poses.eom
     values = StateArrays(t, np.zeros(0), p, r).given(eom)
@@ -159,14 +159,14 @@ def _ended(eom: Equations, free: Sequence[int], last: int, end: BranchEnd) -> st
 
 
 def states_of(eom: Equations, q: Array) -> Array:
-    """(q, 0, 0) (k × …) as routines take it."""
+    """(q, 0, 0) (k × …) in the order of the arguments of routines."""
     x = np.zeros((len(q), len(eom.state)))
     x[:, : q.shape[1]] = q
     return x
 
 
 def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int], list[int]]) -> Array:
-    """One more of Newton's steps at all places, where it does not lead away: what is left of f then (k × m) is rounding's."""
+    """q after a further Newton step at all states where it reduces f, which leaves residuals of the size of rounding."""
     places, free, rows = where
     t, p, r = (x[places] for x in poses.numbers())
     now = routine(t, states_of(poses.eom, q[places]), p, r)
@@ -180,7 +180,7 @@ def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int],
 
 
 def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, causes: dict[int, str]) -> None:
-    """All constraints hold at the configurations that were reached, and closures are as they are meant."""
+    """Record a cause for each configuration that violates a constraint or is on a wrong closure branch."""
     t, p, r = (x[reached] for x in poses.numbers())
     values = StateArrays(t, q, p, r).given(poses.eom)
     turned, shares = level.manifold.at(values).turned(q[reached]), level.shares(f)
@@ -196,7 +196,7 @@ def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, ca
 def _move(
     poses: Poses, places: tuple[Array, Array, Array], motion: Motion, together: bool, causes: dict[int, str]
 ) -> None:
-    """Speeds u (k × n) with A u + b = 0 where there are configurations."""
+    """Solve A u + b = 0 for the speeds u (k × n) at all states with a configuration."""
     q, u, left = places
     there = np.array([k for k in range(poses.count) if k not in causes], dtype=int)
     doubtful = np.ones(len(there), dtype=bool)
@@ -212,13 +212,13 @@ def _move(
 
 
 def speeds_at(poses: Poses, q: Array, places: Indices) -> tuple[Array, Array, Mask, Array]:
-    """u with A u + b = 0 at all places, what is left of that, where it is in doubt, and A."""
+    """u with A u + b = 0 at some states, the residuals, where u is in doubt, and A."""
     eom, (t, p, r) = poses.eom, (x[places] for x in poses.numbers())
     now = eom.numeric().routine(closing)(t, states_of(poses.eom, q[places]), p, r)
     x, free = _wanted(poses, places)
     if not now.b.shape[1] or not len(places):
         return x, np.zeros(len(places)), np.zeros(len(places), dtype=bool), now.a
-    # as at one state: what a unit of each speed does, and the sizes of rows
+    # scale columns and rows as for one state, so that units do not matter
     pace = np.abs(now.a).max(axis=1, initial=0)
     pace = np.where(pace > ROUNDED * pace.max(axis=1, keepdims=True, initial=0), pace, 1.0)
     rows = now.a / pace[:, None, :]
@@ -235,7 +235,7 @@ def speeds_at(poses: Poses, q: Array, places: Indices) -> tuple[Array, Array, Ma
 
 
 def _wanted(poses: Poses, places: Indices) -> tuple[Array, list[int]]:
-    """Speeds as they are given (k × n), and which of them follow from the constraints."""
+    """Given speeds (k × n), and the indices of those that follow from the constraints."""
     given, x, free = poses.given("u"), np.zeros((len(places), len(poses.eom.speeds))), list[int]()
     for i, s in enumerate(poses.eom.speeds):
         value = given.get(s)
@@ -252,7 +252,7 @@ def _times(a: Array, x: Array) -> Array:
 
 
 def _least(a: Array, right: Array) -> tuple[Array, Mask]:
-    """The least x of A x = right (k × m × n) by rows that are independent at the first, and where A is nearly singular."""
+    """The least-norm x of A x = right (k × m × n) with rows independent at the first state, and where A is nearly singular."""
     chosen = sorted(choose(a[0]).rows)
     a, right = a[:, chosen], right[:, chosen]
     across: Array | None = np.swapaxes(a, 1, 2) if len(chosen) < a.shape[2] else None

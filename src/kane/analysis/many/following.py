@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The root x of f(x, d) = 0, square, followed along rows of data d: each from those before it, on the branch of the first.
+"""Continuation of the root x of a square system f(x, d) = 0 along rows of data d, on the branch of the first root.
 
-What is extrapolated from roots before is corrected by Newton's steps, whose contraction says whether they stay on the branch
-(Deuflhard 2011, Newton Methods for Nonlinear Problems, sec. 5.1). Where they do not, the way from the last root is gone in parts, d
-varied along a line, halved until they do. Along a branch without singular points det ∂f/∂x keeps its sign, which tells a branch from
-the one that it meets at a fold. Where parts become too small the branch ends. All of it is one kernel, which calls f as machine code.
+Roots are extrapolated and corrected by Newton's method, whose contraction decides whether they are on the branch (Deuflhard 2011,
+Newton Methods for Nonlinear Problems, sec. 5.1). If not, d is varied along the line from the last row in steps, which are halved
+until Newton's method contracts. det ∂f/∂x has a constant sign along a branch without singular points, which separates it from the
+one that it meets at a fold. The branch ends where steps become too small. All of this is one kernel, which calls f as machine code.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,26 +22,26 @@ from kane.program.native.entry import CompiledKernel, entry, hoist_entry
 from kane.program.native.machine import Settings
 
 _EXTRAPOLATED = {2: (2.0, -1.0), 3: (3.0, -3.0, 1.0), 4: (4.0, -6.0, 4.0, -1.0)}
-"""Weights of the last roots, the latest first, in what follows them."""
+"""Coefficients of extrapolation from 2, 3 or 4 last roots, the latest first."""
 _FAR, _CONTRACTS = 0.5, 0.25
-"""The longest step of x over its size, and the share of a step that the next one may have."""
+"""Largest first Newton step relative to the sizes of x, and largest ratio of successive steps."""
 _ENOUGH = 1e-9
-"""A step after which nothing is left but the square of it, which is rounding; of what is not measured, a share of its own size."""
+"""Newton steps below this converge, as their squares are below rounding; for unmeasured x, relative to their own sizes."""
 _FINITE = 1e300
 _STEPS = 12
 _PARTS, _LEAST = 400, 2.0**-20
-"""So many parts of a way are gone at most, and none is shorter than that share of it."""
+"""Largest number of steps between two rows, and shortest step as a fraction of the distance."""
 _ROWS = 10_000
-"""So many rows are followed in one call: an interrupt comes through between two."""
+"""Number of rows in one call; keyboard interrupts are handled between calls."""
 _OLD = 4
-"""Roots that are kept to extrapolate from."""
+"""Number of roots kept for extrapolation."""
 _LAST, _RUN, _NEGATIVE = range(3)
-"""Places in `s`: the row of the last root, how many there are in a run up to it, whether det ∂f/∂x is negative there."""
+"""Indices in `s`: the row of the last root, the number of consecutive roots up to it, whether det ∂f/∂x is negative there."""
 _FOUND, _ENDED = 1.0, 2.0
 
 
 class BranchEnd(NamedTuple):
-    """Where a branch ends on the way from the row `last` to another: after a `share` of it, at `x`."""
+    """The end of a branch between the row `last` and another: after a `share` of the distance, at `x`."""
 
     last: int
     share: float
@@ -49,7 +49,7 @@ class BranchEnd(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """The roots x (k × n), NaN where none was reached, and by row what ended the way there."""
+    """The roots x (k × n), NaN for rows that were not reached, and the branch end for each of these."""
 
     x: Array
     ends: Mapping[int, BranchEnd]
@@ -63,10 +63,10 @@ class SquareEquations(NamedTuple):
 
 
 class Unknowns(NamedTuple):
-    """Where x stands among the values of the ports without the first, t; its sizes and those of f, and which of x are `measured`.
+    """The indices of x among the values of the ports after t, the sizes of x and of f, and the number of `measured` x.
 
-    The first so many of x say how long a step is; the others, in which f is linear, follow, and are there where a step changes them no
-    more: where equations are singular to rounding it always does.
+    The first `measured` x determine the length of a step. f is linear in the others, which converge when steps no longer change them;
+    where the equations are singular within rounding, steps always do.
     """
 
     places: Sequence[int]
@@ -76,10 +76,10 @@ class Unknowns(NamedTuple):
 
 
 def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) -> Followed:
-    """The roots at the rows of `data` (k × d), where x (n) is one at the first; a row holds t and what the other ports take.
+    """The roots at rows of `data` (k × d), given the root x (n) at the first row; a row contains t and the values of the other ports.
 
-    `routine` of t, a state, parameters and what else there is gives f, then ∂f/∂x row by row. A row that the branch does not lead to
-    is left out, and the next ones are tried from the last root before it.
+    `routine`, with arguments t, a state, parameters and others, returns f, then ∂f/∂x row by row. A row that is not reached is
+    skipped, and the next ones are tried from the last root before it.
     """
     n, ports = len(x), [len(port.symbols) for port in routine.program.ports[1:]]
     places = np.cumsum([1, *ports]).tolist()
@@ -125,12 +125,12 @@ def _compiled(ports: int, settings: Settings) -> CompiledKernel:
 
 
 def following_kernel(ports: int) -> Kernel:
-    """The kernel for a routine of t and so many other ports."""
+    """The kernel for a routine of t and `ports` other ports."""
     return _Following(ports).kernel()
 
 
 class _Following:
-    """The kernel while it is written: rows from `start` to `stop`, of which the first of all takes the root that is given."""
+    """The kernel in construction, for rows from `start` to `stop`; row 0 has the given root."""
 
     def __init__(self, ports: int) -> None:
         self.writer = w = Writer(f"follow{ports}")
@@ -155,7 +155,7 @@ class _Following:
         self.right, self.x = square * LANES, self.n * self.system.width
 
     def kernel(self) -> Kernel:
-        """All of it."""
+        """The whole kernel."""
         w = self.writer
         with w.count(self.stop, self.start) as k:
             first = k < 1
@@ -164,7 +164,7 @@ class _Following:
             self.done.put(0.0)
             self.part.put(1.0)
             self.going.put(1)
-            with w.few(self.n) as i:  # where the way in parts has come to
+            with w.few(self.n) as i:  # the point reached so far between rows
                 self.found[k * self.n + i] = self.roots[i]
             with w.repeat(lambda: self.going.get() > 0):
                 with w.when(self.led.get() < 1):
@@ -173,7 +173,7 @@ class _Following:
                     self._set_out(k)
                 self._mix(k)
                 self._correct()
-                alone = self.measured < 1  # of linear equations no branch meets another
+                alone = self.measured < 1  # linear equations have one branch only
                 kept_sign = self.odd.get().equals(self.s[_NEGATIVE]) | alone
                 right = (self.going.get() > -1) & (kept_sign | first)
                 self.going.put(1)
@@ -184,7 +184,7 @@ class _Following:
         return w.finished(result)
 
     def _extrapolate(self) -> None:
-        """x is what the last roots lead to; where that is far no step is short enough."""
+        """Extrapolate x from the last roots; if this moves x too far, no Newton step is accepted."""
         w, run = self.writer, self.s[_RUN]
         self.to.put(1.0)
         self.moved.put(0.0)
@@ -202,7 +202,7 @@ class _Following:
         self.most.put(w.select(moved <= _FAR, w.compute("max", moved * _CONTRACTS, _ENOUGH), w.constant(-1.0)))
 
     def _set_out(self, k: Term) -> None:
-        """x is where the way in parts has come to."""
+        """Take x from the part of the distance that is already covered."""
         w = self.writer
         self.to.put(w.compute("min", self.done.get() + self.part.get(), 1.0))
         self.most.put(_FAR)
@@ -210,7 +210,7 @@ class _Following:
             self.room[self.x + i] = self.found[k * self.n + i]
 
     def _mix(self, k: Term) -> None:
-        """The data so far on the way from the last root's to those of the row k."""
+        """Interpolate the data between the row of the last root and row k."""
         w, to = self.writer, self.to.get()
         last = w.compute("int", self.s[_LAST])
         with w.count(self.width) as i:
@@ -218,7 +218,7 @@ class _Following:
             self.at[i] = w.select(to < 1.0, begin + to * (end - begin), end)
 
     def _correct(self) -> None:
-        """Newton's steps from x, the first no longer than `most`; `going` is zero where they contract, −1 where they do not."""
+        """Newton's method from x, with a first step of at most `most`; `going` becomes 0 on convergence, −1 on failure."""
         w, room, n = self.writer, self.room, self.n
         self.steps.put(0)
         with w.repeat(lambda: self.going.get() > 0):
@@ -255,17 +255,17 @@ class _Following:
                 self.going.put(-1)
 
     def _evaluate(self) -> None:
-        """f and ∂f/∂x at the values at hand."""
+        """Evaluate f and ∂f/∂x at the current values."""
         ports = [self.at.at(place) for place in self.ports]
         self.hoist(ports[1], self.h.at(0))
         self.function(self.at[0], *ports, self.h.at(0), self.out.at(0))
 
     def _change(self, i: Term) -> Term:
-        """What a step adds to x over its size; `odd` is one where the determinant is negative."""
+        """Newton step of x relative to its size; `odd` is 1 if the determinant is negative."""
         return self.room[self.system.row(i) + self.right]
 
     def _judge(self, k: Term, right: Term, first: Term) -> None:
-        """What follows from a place that is `right`, or is not: `going` is zero where the row is done."""
+        """Accept a root that is `right`, or shorten the step; `going` becomes 0 when the row is finished."""
         w = self.writer
         with w.when(right):
             with w.few(self.n) as i:
@@ -274,7 +274,7 @@ class _Following:
             self.part.put(self.part.get() * 2.0)
             self.going.put(w.select(self.done.get() < 1.0, 1, w.integer(0)))
         with w.otherwise():
-            with w.when(first):  # it is taken as it was given
+            with w.when(first):  # the first root is accepted as given
                 self.done.put(1.0)
                 self.going.put(0)
             with w.otherwise(), w.when(self.led.get() > 0):
@@ -286,7 +286,7 @@ class _Following:
             self.going.put(0)
 
     def _keep(self, k: Term) -> None:
-        """The root of the row becomes the last one, or it is told where the branch has ended."""
+        """Store the root of the row as the last one, or record the end of the branch."""
         w, n = self.writer, self.n
         self.ends[k * 3 + 1], self.ends[k * 3 + 2] = self.s[_LAST], self.done.get()
         with w.when(self.done.get() < 1.0):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`linearize` at many states: all at once where that is A and B alone, else one after the other.
+"""`linearize` at many states: A and B of all states at once where possible, otherwise state by state.
 
-Independent are at all states the perturbations that are so at the first. All at once, the implicit function theorem is that of
-`kane.analysis.perturbations` on stacks of matrices; a state at which something is in doubt (rank, the constraints, what is not
-finite) is linearized by itself.
+The independent perturbations of the first state are those of all states. At once means the implicit function theorem of
+`kane.analysis.perturbations` on stacks of matrices; a state in doubt, by rank, constraints or values that are not finite, is
+linearized by itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +29,7 @@ from kane.numeric.scale import NEAR_SINGULAR, ROUNDED_CHAIN
 from kane.program.native.machine import Settings
 
 PARTS = {"A": "A", "B": "B", "C": "C", "D": "D", "rates": "rates", "values": "output_values"}
-"""Arrays of a `Linear`, and their names in a Dataset, of which `values` is a method."""
+"""Arrays of a `Linear`, with their names in a Dataset, in which `values` is already a method."""
 _TINY = np.finfo(float).tiny
 
 
@@ -41,9 +41,9 @@ def linearized(
     leave_out: Sequence[str],
     together: bool,
 ) -> Any:
-    """A, B, C, D, rates and values of all states as a Dataset, without the states that are left out at the first.
+    """A, B, C, D, rates and output values of all states as a Dataset, without the states `leave_out`.
 
-    `alone` linearizes the kth by itself, with the names of what is to be independent; `together` says whether all may be at once.
+    `alone` linearizes state k by itself with named independent perturbations; `together` allows all states at once.
     """
 
     def begun(k: int) -> tuple[Linear, Linear]:
@@ -70,7 +70,7 @@ def linearized(
 
 
 def is_plain(numeric: Numeric[Equations], outputs: Outputs) -> bool:
-    """Whether nothing switches, no length vanishes, and what is perturbed are the coordinates themselves."""
+    """Whether there are no switches, lengths, false poles or Euler parameters."""
     tables = (numeric.value(make, *outputs.roots) for make in (all_switches, lengths))
     return numeric.equations.solved.twin is None and not numeric.value(perturbations).sets and not any(tables)
 
@@ -78,7 +78,7 @@ def is_plain(numeric: Numeric[Equations], outputs: Outputs) -> bool:
 def _together(
     poses: Poses, numeric: Numeric[Equations], outputs: Outputs, first: Linear, found: Mapping[str, Array]
 ) -> Mask:
-    """A, …, of all states, and of which they are sure."""
+    """Fill the arrays `found` for all states, and return where they are reliable."""
     t, p, r = poses.numbers()
     state, sure, chosen = (t, _states(poses), p, r), np.zeros(poses.count, dtype=bool), dict[str, list[int]]()
     for at in blocks(poses.count):
@@ -95,7 +95,7 @@ def _of_block(
     found: Mapping[str, Array],
     chosen: dict[str, list[int]],
 ) -> Mask:
-    """The same of some states; which rows tell what depends is `chosen` once."""
+    """As `_together`, for a block of states; rows for dependent variables are stored in `chosen` at the first block."""
     eom, run, count = numeric.equations, coded(numeric), len(state[0])
     nq, n, keep = len(eom.coordinates), len(eom.speeds), list(regular_rows(eom))
     own, solved, sure = _solved(numeric, keep, state)
@@ -128,7 +128,7 @@ def _of_block(
 
 
 def _states(poses: Poses) -> Array:
-    """(q, u, a) of all (k × …)."""
+    """(q, u, a) of all states (k × …)."""
     eom, x = poses.eom, np.zeros((poses.count, len(poses.eom.state)))
     given = {**poses.given("q"), **poses.given("u"), **poses.given("states")}
     for i, s in enumerate(eom.state):
@@ -137,7 +137,7 @@ def _states(poses: Poses) -> Array:
 
 
 def _solved(numeric: Numeric[Equations], keep: Sequence[int], state: tuple[Array, ...]) -> tuple[Values, Stack, Mask]:
-    """K z = k without the rows of constraints that follow from others, its solution, and where it is sure."""
+    """K z = k without rows of redundant constraints: its values, its solution, and where K is certainly regular."""
     routine = numeric.routine(values)
     rows = routine.flat(*state)
     matrix, right = routine.bundle.places("matrix"), routine.bundle.places("right")
@@ -149,7 +149,7 @@ def _solved(numeric: Numeric[Equations], keep: Sequence[int], state: tuple[Array
 
 
 def _placed(eom: Equations, own: Values, state: tuple[Array, ...]) -> Mask:
-    """Which states are on the constraints, but for rounding, and closures as they are meant."""
+    """Which states are on the constraints within rounding, with closures on their specified branches."""
     t, x, p, r = state
     nq, n = len(eom.coordinates), len(eom.speeds)
     off = (np.abs(own.configuration) > ROUNDED_CHAIN * np.maximum(own.configuration_terms, _TINY)).any(axis=1)
@@ -171,9 +171,9 @@ def _by_free(
     settings: Settings,
     kept: dict[str, list[int]],
 ) -> tuple[Array, Mask]:
-    """x of A x + rest y = 0 by those that are `free`, S of x = S (x_free, y) at all states, and where it is sure.
+    """S of x = S (x_free, y), the solution of A x + rest y = 0 at all states, and where A is certainly regular.
 
-    A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`. Its rows are `kept` by a name, once.
+    A is in the columns `own` of `a` (k × m × …), the factor of y in the columns `rest`. The chosen rows are stored in `kept` by name.
     """
     dependent = [i for i in own if i not in set(free)]
     columns = [*(own[i] for i in free), *rest]

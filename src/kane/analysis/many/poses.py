@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many states as they are given, by arrays or by a Dataset of such, and what is found at each as a Dataset of xarray.
+"""Many states, given by arrays or by a Dataset of arrays, and results at each state as an xarray Dataset.
 
-One that has no answer stops no other: its numbers are NaN, its `status` is "failed", and `cause` says why.
+A state without a result does not affect others: its numbers are NaN, its `status` is "failed", and `cause` gives the reason.
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ _OWN = ("instance", "status", "cause", "residual")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:
-    """Many states: what each is given, and which of them are none, by number, with the cause."""
+    """Many states: the values given for each, and the causes of invalid ones by index."""
 
     eom: Equations
     instances: Instances
@@ -36,30 +36,30 @@ class Poses:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """The number of states."""
         return self.instances.count
 
     @property
     def open(self) -> Iterator[int]:
-        """The numbers of those that are states."""
+        """Indices of the valid states."""
         return (k for k in range(self.count) if k not in self.failed)
 
     def given(self, kind: str) -> Mapping[Any, Any]:
-        """What is given of a kind by symbol: numbers, guesses, columns (k)."""
+        """Given values of a kind by symbol: numbers, guesses, columns (k)."""
         return {**(self.instances.common[kind] or {}), **self.instances.columns[kind]}
 
     def state(self, k: int) -> State:
-        """The kth one; what is no kind of values of a state is left out."""
+        """State k, without the kinds of values that a State does not have."""
         own = {kind: x for kind, x in self.instances.at(k).items() if kind in GROUPS}
         return State(**own, t=float(np.broadcast_to(self.given("t")[time], self.count)[k]))
 
     def of_state(self) -> State:
-        """All of them as one, with arrays in the places of numbers."""
+        """All states as one `State` with arrays."""
         own = {kind: dict(self.given(kind)) or None for kind in GROUPS}
         return State(**own, t=self.given("t")[time])
 
     def numbers(self) -> tuple[Array, Array, Array]:
-        """t (k), parameters (k × np) and inputs (k × nr), zero where none is given."""
+        """t (k), parameters (k × np) and inputs (k × nr); inputs that are not given are zero."""
         eom, columns = self.eom, self.instances.columns["parameters"]
         plain = {**self.given("parameters"), **{s: float(column[0]) for s, column in columns.items()}}
         constants: dict[Any, Any] = {**parameter_values(eom.system, plain), **columns}
@@ -82,7 +82,7 @@ class Poses:
         causes: dict[int, str],
         wrong: tuple[type[Exception], ...] = (SimulationError, SingularError),
     ) -> tuple[int, T] | None:
-        """The first of which something is found by itself; those before it are told why nothing is."""
+        """The first state for which `ask` succeeds, with its result; causes are recorded for those before it."""
         for k in self.open:
             try:
                 return k, ask(k)
@@ -97,7 +97,7 @@ class Poses:
         done: Container[int],
         wrong: tuple[type[Exception], ...] = (),
     ) -> Iterator[tuple[int, T]]:
-        """What is found of each of the others by itself; those of which nothing is are told why, but for errors of all."""
+        """The results of `ask` for all other states, with causes for those that fail; errors in `wrong` are raised."""
         for k in [k for k in self.open if k not in done and k not in causes]:
             try:
                 yield k, ask(k)
@@ -107,14 +107,14 @@ class Poses:
                 causes[k] = str(error)
 
     def each(self, ask: Callable[[int], T]) -> tuple[dict[int, T], dict[int, str]]:
-        """What is found of each by itself, and the causes of those of which nothing is; missing values are an error of all."""
+        """The results of `ask` for each state, and the causes of failures; missing values and wrong arguments are raised."""
         causes = dict(self.failed)
         return dict(self.rest(ask, causes, (), (ValueMissingError, ArgumentError))), causes
 
     def dataset(self, values: Mapping[str, Any], causes: Mapping[int, str], names: Mapping[str, Any]) -> Any:
-        """Variables over instance as a Dataset; `names` are those along their other dimensions.
+        """A Dataset of variables over instance; `names` are the labels of their other dimensions.
 
-        Coordinates are the values that were given: along instance what differs, as numbers what is common.
+        Its coordinates are the given values: arrays over instance, or numbers if common to all.
         """
         xarray = package("xarray")
         texts = np.full(self.count, "", dtype=object)
@@ -132,7 +132,7 @@ class Poses:
         return xarray.Dataset(own, shown)
 
     def variables(self, symbols: Sequence[Symbol], values: Array) -> dict[str, Any]:
-        """Values (symbols × k) by name."""
+        """Variables for values (symbols × k), by name."""
         taken = (repr(s.name) for s in symbols if s.name in _OWN)
         expected = (
             f"coordinates and speeds of other names than {', '.join(_OWN)}, those of what a Dataset tells besides"
@@ -142,14 +142,14 @@ class Poses:
         return {s.name: self.variable(xarray, s, x) for s, x in zip(symbols, values, strict=True)}
 
     def variable(self, xarray: Any, s: Symbol, values: Array, first: Sequence[str] = ("instance",)) -> Any:
-        """Values of a symbol, with its unit and its description."""
+        """A variable for the values of a symbol, with unit and description."""
         units = self.eom.numeric().value(_units)
         unit = units[s] if s in units else self.eom.unit(s)
         return labelled(xarray, s.name, values, first, unit, "time" if s is time else s.description)
 
 
 def _units(eom: Equations) -> Mapping[Symbol, str]:
-    """The units of what usually has values."""
+    """Units of all symbols that usually have values, determined once for a system."""
     symbols = (*eom.state, *eom.inputs, *eom.parameters, *eom.reactions, *map(rate, eom.speeds))
     return {**{s: eom.unit(s) for s in symbols}, time: "s"}
 
@@ -157,7 +157,7 @@ def _units(eom: Equations) -> Mapping[Symbol, str]:
 def poses(
     eom: Equations, state: State | Any | None, values: StateValues, rates: Mapping[Any, Any] | None = None
 ) -> Poses | None:
-    """The states, where arrays or a Dataset are given; None of numbers.
+    """The states, if arrays or a Dataset are given, else None.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def poses(
 
 
 def in_numbers(given: Instances) -> Instances:
-    """With floats in the places of whatever numbers all have in common; guesses stay."""
+    """Instances with common numbers as floats; guesses remain."""
     common = {
         kind: own and {s: x if isinstance(x, Guess) else finite_number("value", s.name, x) for s, x in own.items()}
         for kind, own in given.common.items()
@@ -190,7 +190,7 @@ def in_numbers(given: Instances) -> Instances:
 
 
 def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
-    """Those of a Dataset, and values of what it does not have by keyword."""
+    """The states of a Dataset, completed by values given by keyword."""
     kinds = columns_of(eom, table)
     count = table.sizes.get("instance", 0)
     if not count or not all(np.shape(x) in ((), (count,)) for own in kinds.values() for x in own.values()):
@@ -217,7 +217,7 @@ def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
 
 
 def _joined(eom: Equations, one: Instances, other: Instances, count: int, failed: Mapping[int, str]) -> Poses:
-    """The values of both, each symbol of one."""
+    """The values of both, where no symbol has two."""
     if other.count not in (1, count):
         raise SimulationError(f"Expected {count} values of each array beside the Dataset, got {other.count}.")
     common, columns = dict[str, Any](), dict[str, Mapping[Any, Array]]()

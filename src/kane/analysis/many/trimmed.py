@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`trim` at many states: the branch of steady motions of the first followed along the arrays.
+"""`trim` at many states: continuation of the steady motion of the first state along the arrays.
 
-Which conditions apply is decided at the first. A steady motion is one where what is left of them is within the tolerance. Where
-conditions do not determine all that may move, or something switches, each is looked for by itself. As equations
-to follow the conditions have z = (u̇, λ, R) as unknowns, too, so that none is solved for within.
+Which conditions apply is decided at the first state; steady motions have residuals within the tolerance. If the conditions do not
+determine all unknowns, or there are switches, each state is solved alone. The followed equations have z = (u̇, λ, R) among
+their unknowns, so that no linear system is solved within them.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,10 +38,10 @@ _TOLD = 4
 
 
 class SteadyEquations(NamedTuple):
-    """Conditions to follow from X at the start, which of X is `free`, its `symbols`, and their places in a row of data after t.
+    """Conditions to follow from X at the start, with unknowns X[`free`]; `symbols` have the indices `places` in a row of data after t.
 
-    Of `routine` z = (u̇, λ, R) is unknown too, behind what is free, and `last` at the start. `left` gives the largest share that is
-    left of the conditions at each X (k × …); no more than `tolerance` may be.
+    `routine` has these unknowns and then z = (u̇, λ, R), which is `last` at the start. `left` returns the largest relative residual
+    at each X (k × …), which must not exceed `tolerance`.
     """
 
     start: Array
@@ -56,7 +56,7 @@ class SteadyEquations(NamedTuple):
 
 
 def trimmed(poses: Poses, alone: Callable[[int], State], branch: Callable[[int, Array], SteadyEquations | None]) -> Any:
-    """The steady motions as a Dataset; `alone` finds the kth by itself, `branch` is what to follow from its X, if that can be."""
+    """The steady motions as a Dataset; `alone` solves state k by itself, `branch` returns what to follow from its X, or None."""
     eom, causes = poses.eom, dict(poses.failed)
     first = poses.first(alone, causes)
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs, *eom.parameters)
@@ -74,7 +74,7 @@ def trimmed(poses: Poses, alone: Callable[[int], State], branch: Callable[[int, 
 
 
 def _follow(poses: Poses, task: SteadyEquations, places: tuple[Array, int], causes: dict[int, str]) -> None:
-    """X of all (k × …) that the branch of the one at `start` leads to."""
+    """Fill X of all states (k × …) that are reached by continuation from the one at `start`."""
     (x, start), free = places, list(task.free)
     whole = np.tile(task.start, (poses.count, 1))
     for i, s in enumerate(task.symbols):
@@ -115,11 +115,11 @@ def _dataset(poses: Poses, symbols: Sequence[Symbol], x: Array, causes: dict[int
 
 
 _SURELY = 1e-3
-"""Share of the tolerance below which it does not matter at which state sizes are those."""
+"""Fraction of the tolerance below which residuals need not be measured by the sizes at their own state."""
 
 
 def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquations | None:
-    """What is followed from the steady motion X; None where the conditions do not determine what is free."""
+    """The equations to follow from the steady motion X, or None if the conditions do not determine the unknowns."""
     conditions = replace(task.conditions, quick=True)
     free, measured_alone = _linear_last(conditions, task.free)
     numeric, eom, measured = conditions.numeric, conditions.eom, task.measured
@@ -130,7 +130,7 @@ def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquat
     _, z, slopes, _ = conditions.numbers(first)
     keep, terms = regular_rows(eom), conditions.sizes(first).terms
     routine = numeric.routine(steady_rows, conditions.applying, tuple(rows), tuple(free), keep).flat
-    # X is (x, r, p), what routines take (x, p, r, z)
+    # X is ordered (x, r, p), arguments of routines (x, p, r, z)
     x, r, p = (len(s) for s in (eom.state, eom.inputs, eom.parameters))
     places = [*range(x), *range(x + p, x + p + r), *range(x, x + p)]
     pushed = np.abs(slopes.residual[list(keep)] * measured.columns).max(axis=1, initial=0)
@@ -142,7 +142,7 @@ def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquat
     )
 
     def left(xs: Array) -> Array:
-        # far below the tolerance by the sizes at the first, which cost less than those there
+        # sizes at the first state are cheaper, and suffice far below the tolerance
         result = _quick_shares(conditions, xs, terms)
         for k in np.flatnonzero(~(result <= _SURELY * tolerance)).tolist():
             try:
@@ -157,9 +157,9 @@ def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquat
 
 
 def _linear_last(conditions: Conditions, free: Sequence[int]) -> tuple[list[int], int]:
-    """What is free of X, last the inputs that K z − k, linear in z, is linear in too; and how many come before these.
+    """The unknowns in X, last the inputs in which K z − k is jointly linear with z, and the number of unknowns before these.
 
-    They follow from the others as z does: how far they go says nothing of the branch.
+    Those inputs follow from the others as z does: their changes do not show whether a root is on the branch.
     """
     symbols, u = conditions.symbols, unsolved(conditions.eom.derived)
     inputs = set(conditions.eom.inputs)
@@ -175,7 +175,7 @@ def _linear_last(conditions: Conditions, free: Sequence[int]) -> tuple[list[int]
 def steady_rows(
     eom: Equations, applying: Applying, rows: Sequence[int], free: Sequence[int], keep: Sequence[int]
 ) -> Bundle[SquareEquations]:
-    """Some of F, and K z = k of the rows that are kept, with the derivatives in what is free of X, and in z."""
+    """The bundle of some rows of F, and K z = k in some rows, with derivatives in the unknowns of X and in z."""
     u, perturbed = unsolved(eom.derived), perturbations(eom)
     e = [[eom.coordinates[i] for i in places] for places in perturbed.sets]
     moved = [*(u.rates[i] for i in perturbed.coordinates), *u.spins]
@@ -195,7 +195,7 @@ def steady_rows(
 
 
 def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:
-    """What is left of F at each X (k × …), by sizes of its terms that are known; NaN where K is singular."""
+    """The largest relative residual of F at each X (k × …), for known sizes of terms; NaN where K is singular."""
     numeric, eom = conditions.numeric, conditions.eom
     x, r, p = np.split(xs, np.cumsum([len(eom.state), len(eom.inputs)]), axis=1)
     routine, keep, n = numeric.routine(values), regular_rows(eom), len(eom.speeds)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Flexible beams: assumed modes, modal integrals, and the body that they make."""
+"""Flexible beams: assumed modes, modal integrals, and the beam as a body."""

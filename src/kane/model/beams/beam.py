@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Beam`: a straight flexible beam by assumed modes, a body like any other.
 
-A beam that spins is warned of where its stiffening is left out, or its functions are too few. By its own functions and with the
-root held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies (k EI/L³ + Ω² ρA L S) x = ω²
-ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ; by more functions they are lower, and the difference is what these lack.
+A warning is given if a beam spins so fast that its missing stiffening or its too few functions matter. A beam with its root fixed that
+spins at Ω about a transverse axis has out-of-plane frequencies ω of (k EI/L³ + Ω² ρA L S) x = ω² ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ.
+Those with more functions are lower; the difference is the error of the beam's own functions.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -44,7 +44,7 @@ from kane.space.vector import Vector, check_connected
 
 _FORMS = ("linearized", "nonlinear")
 _MASS_POINTS = 64
-"""Of the quadrature of a mass per length."""
+"""Quadrature points for the mass."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -230,7 +230,7 @@ class Beam(Immutable):
 def _named(
     coordinates: Sequence[Coordinate], properties: Sequence[Expr], loads: Sequence[Load], arguments: Mapping[str, Any]
 ) -> frozenset[Symbol]:
-    """What got its unit without being asked: the coordinates, and the parameters that numbers became."""
+    """Symbols with units assigned by the beam: its coordinates, and the parameters made from numbers."""
     vectors = [v for load in loads for _, v in (*load.forces, *load.torques)]
     held = free_symbols([*properties, *(x for v in vectors for x in v.scalars())])
     given = set(free_symbols(_given(arguments.values())))
@@ -238,7 +238,7 @@ def _named(
 
 
 def _given(arguments: Iterable[Any]) -> Iterator[Expr]:
-    """The expressions among arguments, in tuples and mappings too."""
+    """The expressions in arguments, also within tuples and mappings."""
     for x in arguments:
         if isinstance(x, Expr):
             yield x
@@ -259,15 +259,15 @@ def _check(name: Any, root: Any, frame: Any, form: Any, stiffening: Any) -> None
 
 
 _ENOUGH = 10
-"""Functions that have the first frequency of any beam that spins at a few times it."""
+"""Number of functions that determine the first frequency of any beam that spins at a few times this frequency."""
 _OFF = 0.02
-"""Share of the first frequency by which it may be wrong at the spin before a word is said."""
+"""Relative error of the first frequency above which a warning is given."""
 
 
 def first_frequency(
     beam: Beam, field: Field, values: Mapping[Expr, float], spin: float = 0.0, richer: ModeShapes | None = None
 ) -> float:
-    """The first frequency (rad/s) of a deflection with the root held, out of the plane in which the beam spins."""
+    """The first out-of-plane frequency (rad/s) of a deflection of the spinning beam with its root fixed."""
     f = field if richer is None else field._replace(shapes=richer)
     measures = (beam.mass_per_length.value, beam.length, f.stiffness.value)
     mass, length, stiff = (float(evaluate(x, values)) for x in measures)
@@ -278,7 +278,7 @@ def first_frequency(
 
 @lru_cache(maxsize=64)
 def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Array, Array]:
-    """m, k and S without units: the same for every motion of a beam."""
+    """m, k and S without units, which do not depend on parameters."""
     rule = fine([shapes], mass)
     values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
     _, beyond = moments_beyond(mass, rule.places)
@@ -300,7 +300,7 @@ def _eigenvalues(k: Array, m: Array) -> Array:
 
 
 def across(beam: Beam) -> Expr | None:
-    """The square of the angular speed of a beam's frame across its axis; None of one that does not turn."""
+    """The square of the beam frame's angular speed about transverse axes; None if the frame does not rotate."""
     root = beam.frame.root()
     if root is beam.frame:
         return None
@@ -310,7 +310,7 @@ def across(beam: Beam) -> Expr | None:
 
 
 def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tuple[str, type[KaneWarning]]]:
-    """What is to be said of a beam that spins at `spin` (rad/s) across its axis, with the parameters' values."""
+    """Warnings for a beam that spins at `spin` (rad/s) about a transverse axis, at given values of parameters."""
     if not beam.clamped or not beam.deformation.bending or not np.isfinite(spin) or spin == 0:
         return
     first = min(first_frequency(beam, f, values) for f in beam.deformation.bending)
@@ -323,7 +323,7 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
             )
             yield message, StiffeningWarning
         return
-    if spin < first:  # shapes change little then
+    if spin < first:  # mode shapes change little below the first frequency
         return
     for f in beam.deformation.bending:
         coarse = first_frequency(beam, f, values, spin)

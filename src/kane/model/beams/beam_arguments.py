@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a beam is declared with, read and checked: directions, sections, mode shapes, and the coordinates that they get."""
+"""The arguments of a beam, read and checked: directions, sections, shape functions and their coordinates."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,13 +19,13 @@ SUPPORTS: dict[str, tuple[tuple[int, ...], str, Mapping[str, float]]] = {
     "pinned": ((0,), "pinned", {"root": 0.0, "tip": 1.0}),
     "free": ((), "free-free", {}),
 }
-"""What vanishes at the root, value (0) and slope (1) of deflections; the usual functions; ends at which forces stretch and shear."""
+"""By support: what vanishes at the root, value (0) and slope (1); default functions; ends ξ where forces strain the beam axially."""
 _SHEAR = "deflection by shear"
 _DEFORMATIONS = {"v": "deflection", "w": "deflection", "s": "stretch", "t": "twist", "g": _SHEAR, "h": _SHEAR}
 
 
 def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, Vector, Vector]:
-    """e₁ along the beam, e₂ along which it bends in its plane, e₃."""
+    """Unit vectors: e₁ along the beam, e₂ in the plane of bending, and e₃."""
     e1 = fixed(axis, frame, f"axis of {name}")
     e2 = across(e1, frame)[0] if along is None else fixed(along, frame, f"along= of {name}")
     e3 = e1.cross(e2).express(frame)
@@ -36,7 +36,7 @@ def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, 
 
 
 def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector) -> list[Field]:
-    """The deflections v along e₂ and, where EI or modes are two, w along e₃."""
+    """The deflection v along e₂ and, if two EI or two modes are given, w along e₃."""
     vanishing, usual, ends = SUPPORTS[expect.one_of(support, SUPPORTS, f"support= of {name} to be")]
     both = _is_pair(EI) or _is_pair(modes)
     stiff, given = (x if _is_pair(x) else (x,) * (1 + both) for x in (EI, modes))
@@ -59,7 +59,7 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
 
 
 def axial(name: str, support: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -> list[Field]:
-    """The stretch s, or the twist t, none without a stiffness; their functions are zero at the root."""
+    """The stretch s or the twist t, with functions that vanish at the root; none without a stiffness."""
     argument, noun, unit = ("stretch", "stretch", "m") if stem == "s" else ("torsion", "twist", "rad")
     if value is None:
         if not _is_none(modes):
@@ -73,10 +73,10 @@ def axial(name: str, support: str, stem: str, what: str, value: Any, modes: Any,
 
 
 def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Field]) -> list[Field]:
-    """The deflections by shear beside those by bending, none without a stiffness k_s G A; their functions are zero at the root.
+    """The deflections by shear beside those by bending, with functions that vanish at the root; none without a stiffness k_s G A.
 
-    By default they are polynomials of the degree that those of bending of this number have: sines, whose slopes all vanish at the tip,
-    converge slowly, above all with a body there.
+    The default functions are polynomials of the degree of as many functions of bending: sines, whose slopes all vanish at the tip,
+    converge slowly, especially with a body there.
     """
     if shear is None:
         if not _is_none(modes):
@@ -95,7 +95,7 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
 
 
 def _each(name: str, what: str, given: Any, count: int) -> Any:
-    """A value for each direction of bending: two as they are, one as often as it counts."""
+    """One value for each direction of bending, repeated if only one is given."""
     values = given if _is_pair(given) else (given,) * count
     expected = f"one {what}= of {name}, which bends along one direction"
     expect.that(len(values) == count, expected, came="two", cure="Give EI=(…, …), too.")
@@ -103,7 +103,7 @@ def _each(name: str, what: str, given: Any, count: int) -> Any:
 
 
 def _which(values: Sequence[Any], stem: str) -> str:
-    """What tells the symbols of different values apart."""
+    """A suffix for the symbols of a direction, if the values differ."""
     return stem if len(set(map(id, values))) > 1 else ""
 
 
@@ -113,7 +113,7 @@ def _check_root(name: str, what: str, shapes: ModeShapes, cure: str) -> None:
 
 
 def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tuple[Tapered, ...]:
-    """Moments of inertia per length of sections about the axes of bending."""
+    """Moments of inertia per length of sections about the axes of bending; none without `rotary`."""
     if rotary is None:
         expected = f"rotary=moment of inertia of a section per length of {name}, which shears"
         came, cure = "none: sections then turn by themselves", "It is mass_per_length times I/A."
@@ -126,7 +126,7 @@ def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tup
 def _check_strained(
     name: str, what: str, shapes: ModeShapes, order: int, ends: Mapping[str, float], usual: str
 ) -> None:
-    """At no end that is constrained are all functions without strain, their derivative of an order."""
+    """Raise ModelError if at a constrained end the derivatives of an order vanish for all functions, and thus the strain."""
     locked = [end for end, xi in ends.items() if vanish(shapes, xi, order).all()]
     if locked:
         raise ModelError(

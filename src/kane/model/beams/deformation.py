@@ -3,16 +3,16 @@
 
     r(ξ) = (L ξ + s − ∫₀^ξ (v'² + w'²) dη/(2L)) e₁ + v e₂ + w e₃        ' = d/dξ
 
-(Yoo, Ryan & Scott 1995): the axial displacement is no variable, so that its foreshortening stands in the partial velocities before
-anything is linearized. Each of s, v, w, θ is Σ φ_j(ξ) q_j. Where sections shear, v = v_b + v_s: sections turn by v_b', the angle of
-shear is v_s', each a sum of functions of its own, so that nothing locks as the stiffness GA grows.
+(Yoo, Ryan & Scott 1995): the axial displacement is not a variable, so that partial velocities contain the foreshortening before any
+linearization. Each of s, v, w, θ is Σ φ_j(ξ) q_j. With shear, v = v_b + v_s: sections rotate by v_b', the shear angle is v_s', and
+each has its own functions, so that there is no locking as the stiffness GA grows.
 
-Modal integrals are taken once, by Gauss's quadrature. With shares r of the mass per length and e of a stiffness:
+Modal integrals are computed once by Gauss quadrature. With shares r of the mass per length and e of a stiffness:
 
     ∫ r f_k f_l dξ        ∫ e φ''_i φ''_j dξ        H_ij(ξ) = ∫₀^ξ φ'_i φ'_j dη
 
-H is the foreshortening: −qᵀ H q/(2L) is what a point of an axis that keeps its length moves towards the root. Its moments with the
-mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and ∫ m₁ φ'_i φ'_j dξ, with m₀ = ∫_ξ¹ r dη and m₁ = ∫_ξ¹ r η dη.
+H is the foreshortening: a point of an inextensible axis moves by −qᵀ H q/(2L) along e₁. Its moments with the mass, ∫ r H dξ and
+∫ r ξ H dξ, are ∫ m₀ φ'_i φ'_j dξ and ∫ m₁ φ'_i φ'_j dξ by Fubini's theorem, with m₀ = ∫_ξ¹ r dη and m₁ = ∫_ξ¹ r η dη.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -40,17 +40,17 @@ from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 _DEGREE = 64
-"""Of the polynomial that a taper is compared with."""
+"""Degree of the polynomial with which a taper is compared."""
 
 
 class Share(NamedTuple):
-    """A function of ξ = x/L (m) in units of its value at the root; at `breaks` it jumps or bends."""
+    """A function of ξ = x/L (m) in units of its value at the root; it or its slope jumps at `breaks`."""
 
     function: Callable[[Array], Any]
     breaks: tuple[float, ...] = ()
 
     def __call__(self, x: Array) -> Array:
-        """The shares (m)."""
+        """The values (m)."""
         cure = "Write it with NumPy: lambda xi: np.where(xi < 0.5, 1.0, 0.25), breaks=(0.5,)."
         values = taken(self.function, x, "the taper", cure)
         came = f"the shape {values.shape} for {np.shape(x)}"
@@ -59,12 +59,12 @@ class Share(NamedTuple):
 
     @property
     def root(self) -> float:
-        """A power of 16 near the root of its size, 1 of ordinary ones."""
+        """A power of 16 near the root of the mean value, 1 for ordinary ones."""
         return float(powers_near(np.sqrt(self(GRID).mean())))
 
     @property
     def ends(self) -> tuple[float, ...]:
-        """The ends of the pieces in which it is smooth."""
+        """The ends of the intervals in which the function is smooth."""
         return (0.0, *self.breaks, 1.0)
 
 
@@ -72,7 +72,7 @@ UNIFORM = Share(np.ones_like)
 
 
 class Tapered(NamedTuple):
-    """`value` · `share(ξ)`."""
+    """The property `value` · `share(ξ)`."""
 
     value: Expr
     share: Share
@@ -99,7 +99,7 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
     expected = "breaks= of the taper as places ξ between 0 and 1"
     places = sorted({expect.number(x, expected) for x in expect.items(breaks, expected)})
     expect.that(all(0 < x < 1 for x in places), expected, breaks)
-    shares = Share(partial(share), tuple(places))  # which has a hash, as a polynomial of NumPy has not
+    shares = Share(partial(share), tuple(places))  # `partial` is hashable, NumPy polynomials are not
     along = shares(GRID)
     if not (along[:-1] > 0).all() or not np.isfinite(along).all() or along[-1] < 0:
         worst = GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]
@@ -119,7 +119,7 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
 
 
 def section(who: str, what: str, given: Any, which: str = "") -> Tapered:
-    """A property of a beam, uniform unless it is tapered; a ModelError for one that is not above zero, or varies in time."""
+    """A property of a beam, uniform unless tapered; raises ModelError if it is not positive, or varies in time."""
     whole = given if isinstance(given, Tapered) else Tapered(as_expr(given), UNIFORM)
     return whole._replace(value=measure(who, what, whole.value, which))
 
@@ -129,11 +129,11 @@ UNITS = {
     "polar": ("Ip", "kg*m"), "shear": ("kGA", "N"), "rotary": ("rhoI", "kg*m"),
     "mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1"),
 }  # fmt: skip
-"""Symbol and unit of the parameters that numbers become."""
+"""Symbol and unit of the parameters made from numbers."""
 
 
 def measure(who: str, what: str, given: Any, which: str = "") -> Expr:
-    """A value above zero, as far as the defaults of the parameters tell, in parameters."""
+    """A value in parameters; raises ModelError if it is not positive at their defaults."""
     value = as_expr(given)
     if not all(isinstance(s, Parameter) for s in free_symbols([value])):
         raise ModelError(f"Expected {what} of {who} in parameters and numbers, got {cut(value)}. Use a kn.parameter.")
@@ -145,7 +145,7 @@ def measure(who: str, what: str, given: Any, which: str = "") -> Expr:
 
 
 def in_parameters(who: str, what: str, value: Expr, which: str = "", meaning: str = "") -> Expr:
-    """The value; a number becomes a parameter of the beam, so that its unit is known and it may be changed."""
+    """The value, as a parameter of the beam if it is a number: parameters have units and can be changed."""
     number = constant_value(value)
     if number is None:
         return value
@@ -155,13 +155,13 @@ def in_parameters(who: str, what: str, value: Expr, which: str = "", meaning: st
 
 
 _POINTS = 40
-"""Points of a piece between two breaks, beyond twice the number of functions."""
+"""Quadrature points for an interval between breaks, beyond twice the number of functions."""
 _BITS = 44
-"""Sums of numbers that are rounded to 2^-44 of 1 are exact: what cancels in sums, cancels to zero."""
+"""Numbers rounded to multiples of 2^-44 have exact sums, so that terms cancel exactly."""
 
 
 def fine(shapes: Sequence[ModeShapes], share: Share = UNIFORM) -> QuadratureRule:
-    """A rule for products of all these functions, times a share."""
+    """A quadrature rule for products of all these functions, times a share."""
     breaks = {b for s in shapes for b in s.breaks} | {0.0, 1.0}
     most = max((s.count for s in shapes), default=1)
     points = max(8, (_POINTS + 2 * most) // (1 if len(breaks) == 2 else 4))
@@ -169,20 +169,20 @@ def fine(shapes: Sequence[ModeShapes], share: Share = UNIFORM) -> QuadratureRule
 
 
 def rounded(a: Array, units: Array | float = 1.0) -> Array:
-    """A matrix that is of order 1 in units of its rows and columns, with few bits, so that numbers cancel where they should."""
+    """A matrix rounded to few bits in units of its rows and columns, so that numbers cancel exactly."""
     scale = np.multiply.outer(units, units)
     whole: Array = np.ldexp(np.round(np.ldexp(a / scale, _BITS)), -_BITS) * scale
     return whole
 
 
 def cleaned(a: Array, limit: float) -> Array:
-    """A matrix without what is small beside its diagonal: what orthogonality makes zero is zero."""
+    """A matrix with entries that are small beside its diagonal set to zero, for orthogonal functions."""
     size = np.sqrt(np.diag(a))
     return np.where(np.abs(a) < limit * np.multiply.outer(size, size), 0.0, a)
 
 
 def check_independent(who: str, shapes: ModeShapes, rule: QuadratureRule) -> None:
-    """A ModelError names the functions that the others make, and the rank."""
+    """Raise ModelError, with the rank and the dependent functions, unless the functions are linearly independent."""
     values = np.sqrt(rule.weights)[:, None] * shapes.evaluate(rule.places, 0)
     lengths = np.linalg.norm(values, axis=0)
     zero = [k + 1 for k in np.nonzero(lengths == 0)[0]]
@@ -200,7 +200,7 @@ def check_independent(who: str, shapes: ModeShapes, rule: QuadratureRule) -> Non
 
 
 def foreshortening(shapes: ModeShapes, xi: float) -> Array:
-    """H(ξ) (n × n)."""
+    """The foreshortening matrix H(ξ) (n × n)."""
     breaks = [b for b in shapes.breaks if b < xi]
     if not breaks:
         return np.zeros((shapes.count, shapes.count))
@@ -211,7 +211,7 @@ def foreshortening(shapes: ModeShapes, xi: float) -> Array:
 
 
 def moments_beyond(share: Share, places: Array) -> tuple[Array, Array]:
-    """m₀ and m₁ at each place."""
+    """m₀ and m₁ at each place ξ."""
     inner, first, second = gauss(_POINTS), np.zeros_like(places), np.zeros_like(places)
     for a, b in pairwise(share.ends):
         start = np.clip(places, a, b)
@@ -222,7 +222,7 @@ def moments_beyond(share: Share, places: Array) -> tuple[Array, Array]:
 
 
 def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share) -> QuadratureRule:
-    """Gauss's rule with the fewest points that has ∫ r f_k f_l of all functions and foreshortenings."""
+    """The Gauss rule with the fewest points that integrates r f_k f_l for all functions and foreshortenings."""
     target, sizes = _products(fine(shapes, share), shapes, bending, share)
 
     def enough(points: int) -> bool:
@@ -251,13 +251,13 @@ def _products(
 
 
 SHEAR = {"v": "g", "w": "h"}
-"""The deflection by shear beside each by bending."""
+"""The deflection by shear for each deflection by bending."""
 
 
 class Field(NamedTuple):
-    """One of s, v, w, θ, or of the deflections by shear g and h: `along` a unit vector (of a twist about it), shapes, coordinates.
+    """One of s, v, w, θ, or the deflections by shear g and h: direction `along` (for a twist its axis), shape functions, coordinates.
 
-    `stiffness` is EA, EI, GJ or k_s G A. Of bending `turn` is the axis about which a positive slope turns the section.
+    `stiffness` is EA, EI, GJ or k_s G A. For bending, `turn` is the axis about which a positive slope rotates the section.
     """
 
     stem: str
@@ -269,12 +269,12 @@ class Field(NamedTuple):
 
     @property
     def bends(self) -> bool:
-        """Whether it is a deflection."""
+        """Whether the field is a deflection by bending."""
         return self.turn is not None
 
 
 class Fields(NamedTuple):
-    """The deformation of a beam of a length, along the axis e₁."""
+    """The fields of deformation of a beam with a length and an axis e₁."""
 
     length: Expr
     axis: Vector
@@ -283,7 +283,7 @@ class Fields(NamedTuple):
 
     @property
     def shifting(self) -> tuple[Field, ...]:
-        """What moves the axis: all but a twist."""
+        """Fields that displace the axis: all except a twist."""
         return tuple(f for f in self.fields if f.stem != "t")
 
     @property
@@ -293,7 +293,7 @@ class Fields(NamedTuple):
 
     @property
     def sagging(self) -> tuple[Field, ...]:
-        """The deflections, each with that by shear along the same direction."""
+        """The deflections, each with that by shear in the same direction."""
         shear = {id(f.along): f for f in self.fields if f.stem in SHEAR.values()}
         pairs = ((f, shear.get(id(f.along))) for f in self.bending)
         return tuple(
@@ -302,7 +302,7 @@ class Fields(NamedTuple):
         )
 
     def place(self, xi: float) -> Vector:
-        """r(ξ) from the root."""
+        """The position r(ξ) from the root."""
         whole = self.axis * mul(constant(xi), self.length)
         for f in self.shifting:
             whole = whole + f.along * combined(f.shapes.at(xi), f.coordinates)
@@ -311,21 +311,21 @@ class Fields(NamedTuple):
         return whole
 
     def shortening(self, matrices: Sequence[Array]) -> Expr:
-        """−Σ qᵀ H q/(2 L) over the deflections."""
+        """The foreshortening −Σ qᵀ H q/(2 L) over the deflections."""
         total = ZERO
         for f, h in zip(self.sagging, matrices, strict=True):
             total = add(total, quadratic(rounded(-h / 2, f.shapes.units), f.coordinates))
         return div(total, self.length)
 
     def slope(self, f: Field, xi: float) -> Expr:
-        """dv/dx, or the twist."""
+        """The slope dv/dx, or the twist."""
         if not f.bends:
             return combined(f.shapes.at(xi), f.coordinates)
         return div(combined(f.shapes.at(xi, 1), f.coordinates), self.length)
 
 
 def section_frame(name: str, frame: Frame, whole: Fields, xi: float) -> Frame:
-    """The frame of the section at ξ: turned by the slopes of bending, and by the twist."""
+    """The frame of the section at ξ, rotated by the slopes of bending and by the twist."""
     turned = frame
     for f in whole.bending:
         axis = mirrored(f.turn, frame, turned)  # type: ignore[arg-type]
@@ -346,7 +346,7 @@ def combined(numbers: Iterable[float], symbols: Sequence[Expr]) -> Expr:
 
 
 def quadratic(matrix: Array, symbols: Sequence[Expr]) -> Expr:
-    """qᵀ A q of a symmetric matrix of numbers."""
+    """qᵀ A q for a symmetric matrix of numbers."""
     total = ZERO
     for i, q in enumerate(symbols):
         row = [*(2 * matrix[i, :i]), matrix[i, i]]

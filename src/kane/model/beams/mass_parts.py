@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The parts that a beam's mass is: in the nonlinear form particles at stations, in the linearized form points that share momentum.
+"""The parts with mass that represent a beam: particles at stations (nonlinear form), points with shared momentum (linearized form).
 
-Nonlinear: K = ½ Σ m_g v_g·v_g over Gauss's points, as few as integrate the products of all functions, foreshortening included.
-
+Nonlinear: K = ½ Σ m_g v_g·v_g over Gauss points, as few as integrate the products of all functions, foreshortening included.
 Linearized: with r = Σ f_k(ξ) d_k, f = (1, ξ, φ_1, …), and D_k = dd_k/dt, the kinetic energy to second order in the deformation is
 
     K = ½ Σ μ_kl D_k·D_l,   μ_kl = ∫ ρA f_k f_l dx,
 
-where the foreshortening has μ with 1 and with ξ alone: −qᵀ(∫ r H)q/2L moves with the root, −qᵀ(∫ r ξ H)q/2L with ξ e₁. All D_k are
-differences of velocities of points P_k at d_k from the root, so that K = ½ Σ μ'_kl v_k·v_l: the momentum of P_k is Σ_l μ'_kl v_l.
+where only the products of the foreshortening with 1 and ξ are kept: −qᵀ(∫ r H)q/2L moves with the root, −qᵀ(∫ r ξ H)q/2L with ξ e₁.
+All D_k are differences of velocities of points P_k at d_k from the root, so that K = ½ Σ μ'_kl v_k·v_l: the momentum of P_k is
+Σ_l μ'_kl v_l.
 
-What the elasticity and the damping of a beam exert: forces −(K q)_j and −(C q̇)_j on gauges.
+Elasticity and damping of a beam are forces −(K q)_j and −(C q̇)_j on gauges. A gauge of q_j is a point at q_j n from a point fixed in
+the inertial frame, with n fixed there: its only partial velocity is n, for q̇_j, so that a force along n contributes to the equation
+of this speed alone, and to no reaction.
 
-A gauge of q_j is a point at q_j n from a point fixed in the inertial frame, n fixed there: its only partial velocity is n, for q̇_j, so
-that a force along n contributes to this speed's equation and to no other, and to no reaction.
-
-Damping is C = α M + β K (Rayleigh), or a ratio ζ for each mode of the beam with its root held. With
-M = ρA L m and K = k EI/L³ in numbers m, k and their modes mΦ: ΦᵀmΦ = 1, ΦᵀkΦ = λ², the ratio ζ has
+Damping is C = α M + β K (Rayleigh), or a ratio ζ for each mode of the beam with its root fixed. With
+M = ρA L m and K = k EI/L³ in numbers m, k and their modes Φ: ΦᵀmΦ = 1, ΦᵀkΦ = λ², the ratio ζ has
 C = 2 ζ √(ρA L EI/L³) · mΦ diag(λ) Φᵀm.
 """
 
@@ -59,7 +58,7 @@ from kane.space.vector import Dyadic, Vector
 
 
 class Matter(NamedTuple):
-    """Mass per length, and moments of inertia per length, where the sections' turning counts: about the axis, and of each bending."""
+    """Mass per length, and moments of inertia per length, where used: about the axis, and about the axis of each bending."""
 
     mass: Tapered
     polar: Tapered | None
@@ -80,7 +79,7 @@ def particles(name: str, root: Point, whole: Fields, matter: Matter) -> list[Par
 
 
 def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]:
-    """Points that share their momentum, of the linearized form."""
+    """Points with shared momentum, of the linearized form."""
     places: list[tuple[str, Vector]] = [("axis", whole.axis * whole.length)]
     for f in whole.shifting:
         places += [
@@ -108,7 +107,7 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
 
 
 def _mu(whole: Fields, matter: Matter) -> Array:
-    """μ of 1, ξ and the functions of all deformations, each in its own unit, in units of ρA L."""
+    """μ of 1, ξ and the functions of all deformations, each divided by its unit, in units of ρA L."""
     rule = fine([f.shapes for f in whole.shifting], matter.mass.share)
     x = rule.places
     values = np.hstack(
@@ -119,7 +118,7 @@ def _mu(whole: Fields, matter: Matter) -> Array:
 
 
 def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
-    """∫ r H dξ and ∫ r ξ H dξ of each deflection, r in its unit."""
+    """∫ r H dξ and ∫ r ξ H dξ of each deflection, divided by the units of its functions."""
     result: tuple[list[Array], list[Array]] = [], []
     for f in whole.sagging:
         rule = fine([f.shapes], matter.mass.share)
@@ -130,14 +129,14 @@ def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], lis
 
 
 def _by_points(mu: Array) -> Array:
-    """μ' of velocities of points from μ of their differences from the root's: v_0, v_k − v_0."""
+    """μ' for the velocities v_0, v_1, … of points from μ for v_0 and the differences v_k − v_0."""
     differences = np.eye(len(mu))
     differences[1:, 0] = -1.0
     return product(product(differences.T, mu), differences)
 
 
 def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) -> list[Part]:
-    """Sections that turn, at stations: about the axis with the twist, and as the beam bends where that counts."""
+    """Sections at stations, with inertia about the axis for the twist, and about the axes of bending if `matter` has it."""
     twist = [f.shapes for f in whole.fields if f.stem == "t"]
     bending = whole.bending if matter.rotary else ()
     about = [(whole.axis, matter.polar)] if matter.polar is not None else []
@@ -166,7 +165,7 @@ Matrices = Sequence[tuple[Field, Sequence[tuple[Expr, Array]]]]
 
 
 class Gauges:
-    """The gauges of a beam's coordinates; those that are angles turn an arm of the beam's length."""
+    """The gauges of a beam's coordinates; for a coordinate that is an angle, its product with the beam's length."""
 
     def __init__(self, name: str, root: Point, length: Expr, fields: Sequence[Field]) -> None:
         origin = root.root()
@@ -181,7 +180,7 @@ class Gauges:
                 self.points[q] = origin.at(f"{name} gauge of {q.name}", n * mul(arm, q))
 
     def load(self, name: str, matrices: Matrices, of: Callable[[Coordinate], Expr], potential: Expr | None) -> Load:
-        """The load −C x of what is had `of` the coordinates."""
+        """The load −C x on the gauges, with x given for each coordinate by `of`."""
         on = []
         for f, terms in matrices:
             x = [of(q) for q in f.coordinates]
@@ -192,12 +191,12 @@ class Gauges:
 
 
 def stiffness(f: Field) -> Array:
-    """∫ e φ''_i φ''_j dξ of bending, ∫ e φ'_i φ'_j dξ of stretch and twist (n × n)."""
+    """Stiffness matrix (n × n) without units: ∫ e φ''_i φ''_j dξ of bending, ∫ e φ'_i φ'_j dξ of stretch and twist."""
     return strain(f.shapes, f.stiffness.share, 2 if f.bends else 1)
 
 
 def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
-    """∫ e of the products of the derivatives of an order (n × n)."""
+    """∫ e φ_i φ_j dξ (n × n) with the derivatives φ of the given order."""
     rule = fine([shapes], share)
     values = shapes.evaluate(rule.places, order)
     k = cleaned(rule.gram(values, values, share(rule.places)), ROUNDED_CHAIN)
@@ -205,12 +204,12 @@ def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
 
 
 def stiffness_value(f: Field, length: Expr) -> Expr:
-    """EI/L³, EA/L or GJ/L."""
+    """The factor of the stiffness matrix: EI/L³, EA/L or GJ/L."""
     return div(f.stiffness.value, length**3 if f.bends else length)
 
 
 def elasticity(name: str, gauges: Gauges, length: Expr, fields: Sequence[Field]) -> Load:
-    """The load with the strain energy ½ qᵀ K q as its potential."""
+    """The elastic load, with the strain energy ½ qᵀ K q as its potential."""
     k = [(f, stiffness_value(f, length), stiffness(f)) for f in fields]
     energy = reduce(add, (mul(value, quadratic(c / 2, f.coordinates)) for f, value, c in k), ZERO)
     return gauges.load(f"elasticity of {name}", [(f, [(value, c)]) for f, value, c in k], lambda q: q, energy)
@@ -223,7 +222,7 @@ _DAMPING = ("mass", "stiffness", "ratio")
 def damping_of(
     name: str, gauges: Gauges, whole: Fields, matter: Matter, damping: Mapping[str, Any] | None
 ) -> tuple[Load, ...]:
-    """The load of the damping, if there is any."""
+    """The damping load; none without damping."""
     if damping is None:
         return ()
     given: object = damping
@@ -242,7 +241,7 @@ def damping_of(
 
 
 def _parameter(name: str, kind: str, given: Any) -> Expr:
-    """A value in parameters, not below zero."""
+    """A nonnegative value, in parameters; raises ModelError."""
     value = as_expr(given)
     known = default_of(value)
     if known is not None and not known >= 0:
@@ -268,7 +267,7 @@ def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr])
 
 
 def _critical(m: Array, k: Array) -> Array:
-    """mΦ diag(λ) Φᵀm, in more digits than are kept, which LAPACK's last ones depend on the machine."""
+    """mΦ diag(λ) Φᵀm, computed with extra digits, as the last digits of LAPACK's results depend on the machine."""
     import mpmath
 
     with mpmath.workdps(_DIGITS):

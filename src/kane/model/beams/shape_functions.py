@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Functions of ξ = x/L that a deformation of a beam is a sum of: families by name, functions of the user's own, or tables.
+"""Shape functions of ξ = x/L for the deformation of a beam: named families, functions defined by the user, or tables.
 
 A row of `FAMILIES` gives the functions of one family as a function of ξ (m) and the order of the derivative, (m × n).
 Eigenfunctions of bending have ∫ φ² dξ = 1; their eigenvalues β solve the transcendental equations of Blevins (1979), table 8-1.
-What grows as cosh β is written by exponentials that do not.
+Differences of terms that grow as cosh β are rewritten with bounded exponentials.
 """
 
 import math
@@ -28,14 +28,14 @@ Evaluate = Callable[[Array, int], Array]
 
 _LN2 = float.fromhex("0x1.62e42fefa39efp-1")
 _LN2_HIGH, _LN2_LOW = float.fromhex("0x1.62e42feep-1"), float.fromhex("0x1.a39ef35793c76p-33")
-"""ln 2 in two parts, of which multiples of the first are exact."""
+"""ln 2 as a sum of two numbers; multiples of the first are exact."""
 _TERMS = 14
 _QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
-"""cos and sin of so many quarter turns."""
+"""cos and sin of 0, 1, 2 and 3 quarter turns."""
 
 
 class ShapeFamily(NamedTuple):
-    """How functions of a family are made, what is zero at the root and at the tip of each: value (0), slope (1), both or none."""
+    """A family: `make` returns n functions; `root` and `tip` list what vanishes there for each: value (0) and slope (1)."""
 
     make: Callable[[int], Evaluate]
     root: tuple[int, ...] = ()
@@ -43,16 +43,16 @@ class ShapeFamily(NamedTuple):
 
 
 def _roots(sign: int, guesses: Any) -> Array:
-    """Solutions of cos β = `sign`/cosh β beside guesses, by Newton's method."""
+    """Solutions of cos β = `sign`/cosh β near guesses, by Newton's method."""
     beta: Array = np.array(guesses, dtype=float)
-    for _ in range(12):  # it doubles the digits each time; the guesses have one
+    for _ in range(12):  # quadratic convergence from guesses with one digit
         (sine, cosine), (sinh, cosh) = sine_cosine(beta), _hyperbolic(beta)
         beta = beta + (cosine - sign / cosh) / (sine - sign * sinh / (cosh * cosh))
     return beta
 
 
 def _exp(x: Array) -> Array:
-    """e^x = 2^k e^r with |r| ≤ ln 2/2, by its series: the same bits on every machine, which NumPy's own are not."""
+    """e^x = 2^k e^r with |r| ≤ ln 2/2, by its series, with the same bits on every machine, unlike NumPy's."""
     k = np.rint(x / _LN2)
     r = (x - k * _LN2_HIGH) - k * _LN2_LOW
     series = np.ones_like(r)
@@ -62,7 +62,7 @@ def _exp(x: Array) -> Array:
 
 
 def _hyperbolic(x: Array) -> tuple[Array, Array]:
-    """sinh x and cosh x where neither is small."""
+    """sinh x and cosh x for x not near zero."""
     rising, falling = _exp(x) / 2, _exp(-x) / 2
     return rising - falling, rising + falling
 
@@ -82,7 +82,7 @@ def _free_free(n: int) -> Evaluate:
 
 
 def _of_exponentials(beta: Array, rest: Array, scale: Array, sign: int) -> Evaluate:
-    """½ (1 + σ) e^(−βξ) + ½ (1 − σ) e^(βξ) + sign (cos βξ − σ sin βξ), where 1 − σ = `rest` · `scale`, small."""
+    """½ (1 + σ) e^(−βξ) + ½ (1 − σ) e^(βξ) + sign (cos βξ − σ sin βξ), with the small 1 − σ = `rest` · `scale`."""
     less = rest * scale
     sigma = 1 - less
 
@@ -100,7 +100,7 @@ def _of_exponentials(beta: Array, rest: Array, scale: Array, sign: int) -> Evalu
 
 
 def _quarters_further(z: Array, order: int) -> tuple[Array, Array]:
-    """sin and cos of z + order π/2: derivatives of sin z and, but for a quarter, of cos z."""
+    """sin and cos of z + order π/2: the derivatives of sin z, and of cos z up to a quarter turn."""
     sine, cosine = sine_cosine(z)
     c, s = _QUARTERS[order % 4]
     return c * sine + s * cosine, c * cosine - s * sine
@@ -125,7 +125,7 @@ def _sines(beta: Any) -> Evaluate:
 
 
 def _polynomials(power: int, n: int) -> Evaluate:
-    """ξ^power P_k(2ξ − 1), with Legendre's P_k, k = 0, 1, …: derivatives by Leibniz's rule."""
+    """ξ^power P_k(2ξ − 1) with the Legendre polynomials P_k, k = 0, 1, …; derivatives by the Leibniz rule."""
     series = [Legendre.basis(k, domain=(0, 1)) for k in range(n)]
 
     def evaluate(x: Array, order: int) -> Array:
@@ -141,11 +141,11 @@ def _polynomials(power: int, n: int) -> Evaluate:
 
 
 def _orthonormal(power: int, n: int) -> Evaluate:
-    """The same span by functions with ∫ φ_i φ_j dξ = δ_ij, of rising degree: ξ^power times Jacobi polynomials."""
+    """Functions that span the same space, with ∫ φ_i φ_j dξ = δ_ij and increasing degree: ξ^power times Jacobi polynomials."""
     raw = _polynomials(power, n)
     rule = gauss(n + power + 1)
     values, turned = raw(rule.places, 0), np.eye(n)
-    for k in range(n):  # Gram and Schmidt's method, twice: once leaves what rounding makes of it
+    for k in range(n):  # Gram–Schmidt, twice to remove rounding errors
         for _ in range(2):
             v = product(values, turned[:, : k + 1])
             parts = (rule.weights[:, None] * v[:, :k] * v[:, k:]).sum(axis=0)
@@ -173,13 +173,13 @@ FAMILIES: dict[str, ShapeFamily] = {
 
 
 _DEGREES = (16, 32, 64, 128)
-"""Degrees at which a function is interpolated, until its last coefficients are rounding."""
+"""Degrees of interpolation, increased until the last coefficients are within rounding."""
 GRID = np.linspace(0, 1, 101)
 _UNIT_BITS = 4
 
 
 def powers_near(sizes: Any) -> Array:
-    """Powers of 16 near sizes: 1 of those between 1/4 and 4, and of 0."""
+    """Powers of 16 near `sizes`: 1 for those between 1/4 and 4, and for 0."""
     digits = np.log2(np.where(sizes > 0, sizes, 1.0)) / _UNIT_BITS
     powers: Array = np.ldexp(1.0, _UNIT_BITS * np.round(digits).astype(int))
     return powers
@@ -254,7 +254,7 @@ def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None
 
 
 def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
-    """A function as the shortest Chebyshev series that has it to rounding, so that it can be differentiated."""
+    """The shortest Chebyshev series that equals a function within rounding, for its derivatives."""
     what, cure = f"function {k} of the mode shapes", "Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
 
     def numbers(x: Array) -> Array:
@@ -277,7 +277,7 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
 
 
 def taken(f: Callable[[Array], Any], x: Array, what: str, cure: str) -> Array:
-    """What a function of one's own makes of an array of ξ."""
+    """The values of a user's function at an array of ξ; raises ModelError if it fails."""
     try:
         return np.asarray(f(x), dtype=float)
     except Exception as error:
@@ -291,7 +291,7 @@ def _summed(derivatives: list[list[Chebyshev]], x: Array, order: int) -> Array:
 
 
 def _tabulated(table: Any) -> ModeShapes:
-    """Cubic splines through a table: with slopes Hermite's, as the elements of a beam have them."""
+    """Cubic splines through a table; with slopes Hermite splines, the shape functions of beam elements."""
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
     parts = _numbers(table) if isinstance(table, Sequence) and len(table) in (2, 3) else []
@@ -312,7 +312,7 @@ def _tabulated(table: Any) -> ModeShapes:
 
 
 def _numbers(table: Sequence[Any]) -> list[Array]:
-    """The parts as arrays, none if some hold no real numbers."""
+    """The parts as arrays of floats; empty if some are not real numbers."""
     try:
         parts = [np.asarray(x) for x in table]
         return [] if any(map(np.iscomplexobj, parts)) else [x.astype(float) for x in parts]
@@ -321,12 +321,12 @@ def _numbers(table: Sequence[Any]) -> list[Array]:
 
 
 def vanish(shapes: ModeShapes, xi: float, order: int) -> Mask:
-    """Which functions (count) vanish at a place, in value (order 0) or slope (1), but for the rounding of tables."""
+    """Which functions (count) vanish at a place, in value (order 0) or slope (1), within the precision of tables."""
     return np.asarray(np.abs(shapes.at(xi, order)) <= SIX_DIGITS * np.abs(shapes.evaluate(GRID, order)).max(axis=0))
 
 
 def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
-    """Which functions do not vanish at the root, in value (order 0) or slope (1)."""
+    """Functions that do not vanish at the root, in value (order 0) or slope (1), in words."""
     wrong = []
     for order in orders:
         noun, end = "slope" if order else "value", np.abs(shapes.at(0, order))
@@ -335,7 +335,7 @@ def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
 
 
 def together(first: ModeShapes, other: ModeShapes) -> ModeShapes:
-    """The functions of both, one after the other."""
+    """The functions of both, those of `first` first."""
     breaks = tuple(sorted({*first.breaks, *other.breaks}))
     evaluate = partial(_side_by_side, first.evaluate, other.evaluate)
     return ModeShapes(f"{first.label}, {other.label}", first.count + other.count, evaluate, breaks)

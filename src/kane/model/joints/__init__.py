@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints: functions over frames and points; what closes a loop by them; contacts and gears."""
+"""Joints of trees, closures of loops, contacts and gears."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loop closures: what each joint demands of a point and a frame that exist.
+"""Loop closures: the constraints of each joint between points and frames that already exist.
 
-`kn.close_pin(name, at, parent, point, frame, axis=…)` demands what `kn.pin(name, at, parent, axis=…)` makes. The
+`kn.close_pin(name, at, parent, point, frame, axis=…)` constrains `point` and `frame` as `kn.pin(name, at, parent, axis=…)` would. The
 constraints of a closure are named after it: "G x", "G y", …; their multipliers are the forces and torques on the side of `point`
 and `frame`, and `eom.reaction("G")` is all of them together.
 """
@@ -32,13 +32,13 @@ class Closing(NamedTuple):
 
 
 def _together(c: Closing) -> Constraints:
-    """The points coincide; forces along the inertial axes."""
+    """The points coincide; the multipliers are forces along the inertial axes."""
     n = c.at.root().frame
     return coincident(c.point, c.at, (n.x, n.y, n.z), name=c.name)
 
 
 def _on_axis(c: Closing) -> Constraints:
-    """The point stays on the line through `at`; forces along axes of the parent."""
+    """The point stays on the line through `at`; the multipliers are forces along axes of the parent."""
     pairs = enumerate(across(c.axes[0], c.parent), 1)
     return tuple(x for k, e in pairs for x in coincident(c.point, c.at, e, name=f"{c.name} across{k}"))
 
@@ -49,13 +49,13 @@ def _in_plane(c: Closing) -> Constraints:
 
 
 def _meant(c: Closing, what: str, cosine: Expr, rows: Constraints) -> Constraints:
-    """The rows with the orientation that is meant: these products of axes vanish at others too."""
+    """The rows with the intended branch: these products of axes also vanish at other orientations."""
     branch = ClosureBranch(c.name, what, cosine, tuple(x.expr for x in rows))
     return tuple(replace(x, branch=branch) for x in rows)
 
 
 def _aligned(c: Closing) -> Constraints:
-    """The axis has the same direction in both frames; opposite directions, where the rows vanish too, are not meant."""
+    """The axis has the same direction in both frames; the rows also vanish for opposite directions, which the branch excludes."""
     turned = mirrored(c.axes[0], c.parent, c.frame)
     pairs = enumerate(across(c.axes[0], c.parent), 1)
     rows = tuple(perpendicular(turned, e, name=f"{c.name} tilt{k}") for k, e in pairs)
@@ -63,7 +63,7 @@ def _aligned(c: Closing) -> Constraints:
 
 
 def _oriented(c: Closing) -> Constraints:
-    """Both frames have one orientation. Its rows vanish at seven others too: half turns about an axis, and four third turns."""
+    """Both frames have the same orientation; the rows also vanish after three half turns and four third turns, other branches."""
     a, b = c.parent, c.frame
     pairs = ((b.y, a.z), (b.z, a.x), (b.x, a.y))
     rows = tuple(perpendicular(v, w, name=f"{c.name} turn{k}") for k, (v, w) in enumerate(pairs, 1))
@@ -71,13 +71,13 @@ def _oriented(c: Closing) -> Constraints:
 
 
 def _cross(c: Closing) -> Constraints:
-    """The second axis, which turns with the frame, stays perpendicular to the first."""
+    """The second axis, fixed in the frame, stays perpendicular to the first."""
     first, second = c.axes
     return (perpendicular(mirrored(second, c.parent, c.frame), first, name=f"{c.name} cross"),)
 
 
 def _thread(c: Closing) -> Constraints:
-    """b₁·e₂ = 0 of the frame's first vector across the axis and the parent's second one, turned by the advance over the pitch."""
+    """b₁·e₂ = 0 for b₁ of the frame perpendicular to the axis, and e₂ of the parent rotated by the advance divided by the pitch."""
     (a,) = c.axes
     p1, p2 = across(a, c.parent)
     b1 = mirrored(p1, c.parent, c.frame)
@@ -101,7 +101,7 @@ _CLOSURES: dict[str, tuple[Callable[[Closing], Constraints], ...]] = {
     "planar": (_in_plane, _aligned),
     "weld": (_together, _oriented),
 }
-"""What closes a loop by each kind of joint."""
+"""The constraints that close a loop by each kind of joint."""
 
 
 def _closed(kind: str, c: Closing, what: str = "axis") -> Constraints:

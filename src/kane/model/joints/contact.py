@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact of a wheel with a plane – where it touches, the particles there, the constraints of contact and of rolling – and friction.
+"""Contact of a wheel with a plane: the point of contact, the particles there, the constraints of contact and of rolling; friction.
 
 A wheel is a ring of radius R about an axis w, thickened to a torus by a crown of radius r: a disk's edge has r = 0, a sphere
 R = 0. With the plane's unit normal n and d the direction in the wheel's plane that points down,
 
     d = −(n − (n·w) w) / |n − (n·w) w|,        contact = centre + R d − r n,
 
-which is smooth but where the wheel lies flat (n ∥ w). The height h = (contact − Q)·n over a point Q of the plane has the rate of
-the relative velocity, along n, of the particles in contact: the multiplier of h = 0 is the normal force on the wheel's particle.
+which is smooth unless the wheel lies flat (n ∥ w). The rate of the height h = (contact − Q)·n over a point Q of the plane is the
+relative velocity along n of the particles in contact: the multiplier of h = 0 is the normal force on the wheel's particle.
 
-Sliding friction is a load that knows its slip, the speed below which nothing slips any more, and the reactions that must press. At
-rest its direction is none: a motion ends where the slip falls below the threshold, or, with `smooth`, the contact creeps.
+Sliding friction is a load with its slip, a threshold of the slip speed, and the reactions that must be compressive. It has no
+direction at rest: a motion ends where the slip speed falls below the threshold, or, with `smooth`, the contact creeps.
 """
 
 from dataclasses import dataclass, replace
@@ -71,7 +71,7 @@ def _contact(
     down: Vector | None,
     surface: Vector | None = None,
 ) -> Contact:
-    """The contact of a ring (radius, axis) with the radius of its crown on the plane through `plane` across `normal`."""
+    """The contact of a ring (radius, axis) with the radius of its crown on the plane through `plane` normal to `normal`."""
     radius = _positive(ring[0], f"radius of {name!r}") if ring is not None else ZERO
     rounding = _positive(crown, f"{'crown ' if ring else ''}radius of {name!r}") if crown is not None else ZERO
     check_attachment(name, center, wheel)
@@ -88,7 +88,7 @@ def _contact(
 
 
 def _at_rest(plane: Point, base: Frame) -> bool:
-    """Whether the plane is: it need not turn to move."""
+    """Whether the plane is at rest; it may also move without rotation."""
     return base.parent is None and plane.velocity(base).is_zero
 
 
@@ -106,7 +106,7 @@ def _placed(
     along: Vector | None,
     surface: Vector | None,
 ) -> Contact:
-    """The contact of a particle with a plane, whose surface may run."""
+    """The contact of a particle with a plane, whose surface may have a velocity relative to the plane's frame."""
     point, particle, ground = points
     height = touching(particle, plane, normal=normal, name=f"{name} normal")
     slip = rolling(particle, ground, normal=normal, along=along, name=name)
@@ -117,7 +117,7 @@ def _placed(
 
 
 def _less(c: Constraint, surface: Vector) -> Constraint:
-    """No slip on a surface that runs with a velocity of its own."""
+    """The constraint of no slip on a surface with a velocity relative to its frame."""
     running = neg(surface.dot(c.forces[0][1]))
     return replace(c, expr=add(c.expr, running), own=add(c.own, running))
 
@@ -152,7 +152,7 @@ def point_on_plane(
 
 
 def _despun(axis: Vector, wheel: Frame) -> Vector:
-    """The axis along the frame that the wheel spins in, where it spins about one of its own axes: shorter without the spin."""
+    """The axis written in the frame in which the wheel spins, if it spins about one of its own axes: shorter without the spin."""
     o = wheel.orientation
     if o is None or o.axis is None or single(axis.components(wheel)) != o.axis:
         return axis
@@ -179,7 +179,7 @@ def _down(name: str, axis: Vector, normal: Vector, down: Vector | None) -> Vecto
 
 
 def _positive(length: Any, what: str) -> Expr:
-    """The length, which must be positive where parameters have their defaults."""
+    """The length; raises ModelError if it is not positive at default parameters."""
     e = as_expr(length)
     value = sample([e], SEEDS[0])[0]
     if not value > 0:
@@ -273,7 +273,7 @@ def friction(
     Parameters
     ----------
     point : the particle in contact, made with `fixed_in`
-    normal : the reaction N, positive where it presses
+    normal : the reaction N, positive in compression
     mu : coefficient of friction
     along : unit vector of the normal, if `normal` was declared without a direction
     against : the particle of the other body at the contact, on which the opposite force acts; by default the ground
@@ -351,7 +351,7 @@ def dry_friction(
 
 
 def not_negative(given: Any, expected: str) -> Expr:
-    """An expression that is at or above zero where parameters have their defaults."""
+    """An expression; raises ModelError if it is negative at default parameters."""
     e = as_expr(given)
     value = default_of(e)
     expect.that(value is None or value >= 0, f"{expected} at or above zero", came=f"{value}")
@@ -365,7 +365,7 @@ def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smoot
 
 
 def _above_zero(name: str, value: Any) -> float | None:
-    """A speed above zero, where there is one."""
+    """A positive speed, or None."""
     number = None if value is None else finite_number("speed", name, value)
     if number is not None and not number > 0:
         raise ModelError(f"Expected {name} > 0, a speed in the units of the model, got {value!r}.")

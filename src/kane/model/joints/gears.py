@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Gears on any carriers: spur gears, external or internal, rack and pinion, bevel gears and worm gears.
 
-Teeth do not slip at the pitch point, along the common tangent, or along the normal of a worm's thread. The multiplier is the tooth
-force on the first gear along that direction, so that bearings feel the teeth too. Between joints of one carrier it is a
-configuration constraint, with pitch radii as the numbers of teeth, s = ±1 and the thread's rise p = r z_worm/z_wheel per rad
+There is no slip at the pitch point, along the common tangent, or along the normal of a worm's thread. The multiplier is the tooth
+force on the first gear along that direction, so that bearing reactions include it. Between joints of one carrier it is a
+configuration constraint, with pitch radii proportional to numbers of teeth, s = ±1 and the thread's rise p = r z_worm/z_wheel per rad
 
     r_a θ_a + r_b θ_b = r_a φ  (external, bevel)      r_a θ_a − r_b θ_b = r_a φ  (internal, b the ring)
     r (θ − φ) − s = 0  (rack on a slider)             s r θ_wheel ± p θ_worm = ± p φ  (worm),
 
-otherwise a motion constraint. The pitch radii of spur gears divide the distance of the centres as the numbers of teeth do.
+otherwise a motion constraint. The pitch radii of spur gears divide the distance of the centres in the ratio of the numbers of teeth.
 """
 
 from collections.abc import Callable
@@ -31,14 +31,14 @@ Gear = Joint | tuple[Frame, Point]
 
 
 class _GearSide(NamedTuple):
-    """A gear or a rack: its frame, a point of it, and its joint where it was given by one."""
+    """A gear or a rack: its frame, a point of it, and its joint if it was given as one."""
 
     frame: Frame
     center: Point
     joint: Joint | None
 
     def is_along(self, axis: Vector) -> bool:
-        """Whether the axis of the joint is along a unit vector, or against it; a ModelError where it is neither."""
+        """Whether the axis of the joint has the direction of a unit vector, or the opposite one; raises ModelError otherwise."""
         assert self.joint is not None
         off = self.joint.axis.cross(axis)
         across, along = numbers([off.dot(off), self.joint.axis.dot(axis)])
@@ -71,7 +71,7 @@ def _of_pin(name: str, gear: Any) -> _GearSide:
 def _meshing(
     name: str, a: _GearSide, b: _GearSide, arms: tuple[Vector, Vector], along: Vector, expr: Callable[[], Expr]
 ) -> Constraint:
-    """The particles of both sides at their arms do not slip; for joints of one carrier `expr` is zero."""
+    """No slip between the particles at the ends of both arms; for joints of one carrier the configuration constraint `expr` = 0."""
     p, q = (x.center.fixed_in(x.frame, f"{name} {x.frame.name}", arm) for x, arm in zip((a, b), arms, strict=True))
     (slip,) = no_slip(p, q, along=along, name=name)
     if a.joint is None or b.joint is None or a.joint.parent is not b.joint.parent:
@@ -141,11 +141,11 @@ def gear_pair(
 
 
 def length_along(v: Vector) -> Expr:
-    """|v|; of s (a, b, c) with numbers a, b, c it is s √(a² + b² + c²), where s > 0 at the parameters' defaults.
+    """|v|; for v = s (a, b, c) with numbers a, b, c it is s √(a² + b² + c²) if s > 0 at default parameters.
 
-    The sign of s is left to it where a parameter changes: a line of centres that turns round turns radii and tangent with it.
+    The sign of s is kept as parameters change, so that radii and tangent reverse with the line of centres.
     """
-    # a square has lost the sign that a number times s may have in front
+    # the square root of a square would lose the sign of s
     terms = [split(x.args[0] if x.op is NEG else x) for x in v.gathered().scalars() if x is not ZERO]
     factors = {s for _, s in terms}
     if len(factors) != 1:
@@ -156,7 +156,7 @@ def length_along(v: Vector) -> Expr:
 
 
 def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
-    """size · teeth / whole; the radius itself where radii are given that add up to the distance."""
+    """size · teeth / whole, or the radius itself if radii are given that add up to the distance."""
     return teeth if size is whole else mul(size, div(teeth, whole))
 
 
@@ -256,7 +256,7 @@ def bevel_pair(
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
     sine, r_a = length_along(across), as_expr(radius)
-    line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # along both pitch cones, z_a : z_b from the axes
+    line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # the common line of the pitch cones
     arm_a, arm_b = ((meet.position(x.center) + line).gathered() for x in (first, second))
 
     def angles() -> Expr:
@@ -334,7 +334,7 @@ def _axes(name: str, a: _GearSide, b: _GearSide, axes: Any) -> tuple[Vector, Vec
 
 
 def _check_meets(name: str, apex: Any, lines: tuple[tuple[Point, Vector], ...]) -> None:
-    """The apex lies on the axes of both gears."""
+    """Raise ModelError unless the apex is on the axes of both gears."""
     expect.instance(apex, Point, f"a Point as the apex of {name!r}, where the axes meet")
     for at, n in lines:
         r = apex.position(at)

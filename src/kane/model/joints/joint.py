@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the tree joints return: a child frame and point, with coordinates and speeds between them and the parent's.
+"""The record of a tree joint: a child frame and point, with the coordinates and speeds of their motion relative to the parent.
 
-Every joint function takes the joint's name, the parent's point `at` which it sits and the parent frame, in this order; axes are
-unit vectors fixed in the parent frame. With all coordinates zero the child frame has the parent's orientation. Coordinates and
-speeds by name are angles in rad, lengths in m, and their rates.
+Every joint function takes the joint's name, the parent's point `at` and the parent frame, in this order; axes are unit vectors fixed
+in the parent frame. With all coordinates zero the child frame has the parent's orientation. Coordinates and speeds given by name are
+angles in rad, lengths in m, and their rates.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -30,7 +30,7 @@ SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None
 
 
 class JointNames(TypedDict, total=False):
-    """How a joint's child, coordinates and speeds are called, where not after the joint."""
+    """Names of a joint's child frame, coordinates and speeds, by default derived from the joint's name."""
 
     child: str
     coordinates: Names
@@ -38,7 +38,7 @@ class JointNames(TypedDict, total=False):
 
 
 class Twist(NamedTuple):
-    """A relative motion of the child: a unit of `rotation` and of `translation` of its joint point, seen from the parent frame."""
+    """A relative motion of the child: unit `rotation`, and unit `translation` of its joint point, as seen from the parent frame."""
 
     rotation: Vector
     translation: Vector
@@ -107,7 +107,7 @@ class Joint(Immutable):
 
 @dataclass(frozen=True, eq=False)
 class Seat:
-    """Where a joint sits, and how its child, coordinates and speeds are called: the child as the joint unless it has a name."""
+    """The place of a joint, and the names of its child, coordinates and speeds; the child has the joint's name by default."""
 
     kind: str
     name: str
@@ -122,15 +122,15 @@ class Seat:
         object.__setattr__(self, "child", self.child or self.name)
 
     def axis(self, axis: Any, what: str = "axis") -> Vector:
-        """A unit vector fixed in the parent, along its axes."""
+        """A unit vector fixed in the parent, written along its axes."""
         return fixed(axis, self.parent, f"{what} of {self.name!r}")
 
     def symbols(self, **units: str) -> tuple[Coordinate, ...]:
-        """The coordinates: as given, by name, or these stems and the joint's name; with their units."""
+        """The coordinates: symbols, names, or by default stems with the joint's name; with their units."""
         return _symbols(Coordinate, "coordinates", self.name, self.coordinates, tuple(units), tuple(units.values()))
 
     def turned(self, angle: Any, axis: Vector) -> Frame:
-        """The child frame, turned about an axis of the parent."""
+        """The child frame, rotated about an axis of the parent."""
         return self.parent.rotate(self.child, angle, axis)
 
     def joint(
@@ -144,9 +144,9 @@ class Seat:
         stems: Sequence[str] = ("u",),
         definitions: Sequence[Expr] | None = None,
     ) -> Joint:
-        """The record; speeds by name, symbol, or with definitions of one's own, by default the rates.
+        """The joint, with speeds by name, symbol or definition, by default the rates.
 
-        The child's point is a point of its own even where it coincides, so that the joint can be cut there.
+        The child's point is distinct from the parent's even if they coincide, so that the joint can be cut there.
         """
         definitions = [q.dt for q in coordinates] if definitions is None else definitions
         if isinstance(self.speeds, Mapping):
@@ -168,7 +168,7 @@ class Seat:
 
 
 def check_attachment(name: Any, at: Any, parent: Any) -> None:
-    """A joint has a name, sits at a geometric point and on a frame."""
+    """Raise ModelError unless a joint has a name, a geometric point and a frame."""
     expect.name(name, "a name for the joint")
     geometric = isinstance(at, Point) and at.body is None
     order = "The order is name, point, frame." if isinstance(at, Frame) or isinstance(parent, Point) else ""
@@ -177,7 +177,7 @@ def check_attachment(name: Any, at: Any, parent: Any) -> None:
 
 
 def fixed(axis: Any, frame: Frame, what: str) -> Vector:
-    """`axis`, a unit vector fixed in `frame`, written along its axes."""
+    """`axis` written along the axes of `frame`; raises ModelError unless it is a unit vector fixed there."""
     check_unit(axis, what)
     v: Vector = axis.express(frame)
     if not is_constant_in_time(v.scalars()):
@@ -186,18 +186,18 @@ def fixed(axis: Any, frame: Frame, what: str) -> Vector:
 
 
 def _rate_unit(definition: Expr) -> str:
-    """The unit of a speed, "" where a coordinate of one's own has none; ω is in rad/s however it is written."""
+    """The unit of a speed, "" if a coordinate has none; ω is in rad/s in any form."""
     if isinstance(definition, Symbol):
         return definition.unit
     try:
         unit = unit_of(definition)
-    except UnitError:  # the System that the joint comes into says so, and where
+    except UnitError:  # the System reports it, with the place
         return ""
     return "rad/s" if unit and parse(unit) is parse("rad/s") else unit
 
 
 def _chosen(symbols: Sequence[Symbol], names: Any) -> tuple[Symbol, ...]:
-    """Of these symbols, those that came as no symbol."""
+    """The symbols that were not given as symbols but by name."""
     own = {names} if isinstance(names, Symbol) else set() if isinstance(names, str) else set(names or ())
     return tuple(s for s in symbols if s not in own)
 
@@ -223,7 +223,7 @@ def _symbols(
 
 
 def across(axis: Vector, frame: Frame) -> tuple[Vector, Vector]:
-    """Two unit vectors fixed in `frame` that make a right-handed set with `axis`, fixed there too: e₁ × e₂ = axis."""
+    """Two unit vectors fixed in `frame` that form a right-handed set with `axis`: e₁ × e₂ = axis."""
     basis = (frame.x, frame.y, frame.z)
     for k, e in enumerate(basis):
         after, last = basis[(k + 1) % 3], basis[(k + 2) % 3]
@@ -236,12 +236,12 @@ def across(axis: Vector, frame: Frame) -> tuple[Vector, Vector]:
 
 
 def numbers(exprs: Sequence[Expr]) -> list[float]:
-    """Values at a random configuration, parameters at their defaults."""
+    """Values at a random configuration, with default parameters."""
     return sample(exprs, SEED)
 
 
 def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vector]:
-    """Two perpendicular unit vectors, fixed in `frame`."""
+    """Two perpendicular unit vectors, fixed in `frame`; raises ModelError otherwise."""
     both = expect.pair(axes, f"axes=two perpendicular unit vectors for {name!r}")
     first, second = (fixed(a, frame, f"axis of {name!r}") for a in both)
     product = first.dot(second)

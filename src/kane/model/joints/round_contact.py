@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact of spheres with spheres and cylinders, and of bodies that touch a plane at several places.
+"""Contact of spheres with spheres and cylinders, and of bodies that touch a plane at several points.
 
-From the middle of the other body, or from the nearest point of its axis, a sphere's centre is at s. With n = s/|s|,
+With s from the centre of the other body, or the nearest point of its axis, to the sphere's centre, and n = s/|s|,
 
     gap = |s| − (r + r_other)            outside
     gap = r_other − r − |s|, n = −s/|s|  within, as in a bowl or a pipe
 
-and the particles in contact are centre − r n and its counterpart, so that the gap's rate is their relative velocity along n.
+and the particles in contact are at centre − r n on both bodies, so that the gap's rate is their relative velocity along n.
 
-Directions of slip turn with n. Where n stays across an axis of the inertial frame, as in the plane, that axis is one and n × axis
-the other. Else a pole p is turned to n along the shortest way, and the axes e across p with it, e − (e·n)(p + n)/(1 + p·n): smooth
-but where n = −p.
+Directions of slip rotate with n. If n stays perpendicular to an axis of the inertial frame, as in planar motion, they are that axis
+and n × axis. Otherwise a pole p and the axes e perpendicular to it are rotated by the shortest rotation of p to n:
+e − (e·n)(p + n)/(1 + p·n), which is smooth except at n = −p.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from kane.space.vector import Vector
 
 
 class _RoundBody(NamedTuple):
-    """A body that touches: a frame that turns with it, a point of it, and how far its surface is."""
+    """A body in contact: its frame, a point of it, and the radius of its surface."""
 
     frame: Frame
     point: Point
@@ -65,7 +65,7 @@ def sphere_on_sphere(
     Raises
     ------
     ModelError
-        if a radius is below zero, both are, or the pole is no axis of a frame
+        if a radius is below zero, both are, or the pole is not an axis of a frame
     """
     check_attachment(name, center, wheel)
     check_attachment(name, other_center, other)
@@ -159,7 +159,7 @@ def _several(name: str, points: Sequence[Point], what: str, least: int) -> tuple
 def _sides(
     name: str, own: tuple[Frame, Point, Any], other: tuple[Frame, Point, Any], inside: bool
 ) -> tuple[_RoundBody, _RoundBody]:
-    """Both bodies, the sphere first, with radii that are none below zero and leave a sphere room."""
+    """Both bodies, the sphere first; raises ModelError for negative radii, or a sphere too large for a hollow body."""
     a, b = (_RoundBody(frame, point, as_expr(radius)) for frame, point, radius in (own, other))
     r, s = sample([a.radius, b.radius], SEEDS[0])
     for side, value in ((a, r), (b, s)):
@@ -174,7 +174,7 @@ def _sides(
 def _rounded(
     name: str, sides: tuple[_RoundBody, _RoundBody], apart: Vector, along: Vector, inside: bool, pole: Vector | None
 ) -> Contact:
-    """The contact of a sphere with a surface whose middle is at −`apart` from its centre, and at `along` from the other's point."""
+    """The contact of a sphere with a surface whose centre is at −`apart` from its centre, and at `along` from the other's point."""
     own, other = sides
     if apart.is_zero:
         raise ModelError(f"Expected the sphere of {name!r} apart from the other body's middle, got both at one place.")
@@ -192,7 +192,7 @@ def _rounded(
 
 
 def _tangents(name: str, normal: Vector, along: Vector, pole: Vector | None, inertial: Frame) -> tuple[Vector, Vector]:
-    """Two unit vectors across the normal and each other, smooth as it turns."""
+    """Two unit vectors perpendicular to the normal and to each other, smooth as it rotates."""
     axes = (inertial.x, inertial.y, inertial.z)
     across = pole if not along.is_zero else next((e for e in axes if pole is None and e.dot(normal) is ZERO), None)
     if across is not None:

@@ -110,13 +110,13 @@ _STEMS: dict[str, dict[str, str]] = {
     "euler parameters": dict.fromkeys(("e0", "e1", "e2", "e3"), "1"),
     "angles": dict.fromkeys(("q1", "q2", "q3"), "rad"),
 }
-"""Coordinates of each kind, with their units."""
+"""Coordinates of each parametrization of orientation, with their units."""
 
 
 def _turned(
     s: Seat, orientation: str, sequence: str, **lengths: str
 ) -> tuple[Frame, tuple[Coordinate, ...], list[Twist], list[Expr]]:
-    """The child, turned by the coordinates before `lengths`; all coordinates, the free turns, ω along the child's axes."""
+    """The child frame rotated by the coordinates before `lengths`; all coordinates, the free rotations, ω along the child's axes."""
     expect.that(orientation in _STEMS, f"orientation={' or '.join(map(repr, _STEMS))} for {s.name!r}", orientation)
     q = s.symbols(**_STEMS[orientation], **lengths)
     turning = q[: len(_STEMS[orientation])]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A report as LaTeX and as Markdown: a list of pieces, and a writer for each format."""
+"""Reports as LaTeX and as Markdown: a list of pieces, and a writer for each format."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A report as one LaTeX file, its figures beside it as PDF."""
+"""A report as one LaTeX file, with its figures beside it as PDF."""
 
 import re
 from collections.abc import Callable
@@ -18,24 +18,24 @@ from kane.present.pages import Document, environment, segments
 
 _ENDING = ".pdf"
 _SURE = 0.93
-"""Lines below this part of the width are not measured by LaTeX: estimates are as good as that."""
+"""Estimated width, as a fraction of the line, above which LaTeX measures a line."""
 _GAP = 1.25
-"""Between columns, in em."""
+"""Space between columns, in em."""
 _LEAST = 5.0
-"""Of a column, in em, where the table is wider than the page."""
+"""Least width of a column, in em, of a table that is wider than the page."""
 _LETTER = 0.5
 _OFTEN = 1.6
-"""Formulas so many times as wide as their column are not broken into it."""
+"""Ratio of the width of formulas to that of their column above which they are not broken."""
 _HANG = r"\quad "
 _LARGE = r"\displaystyle "
 _TOGETHER = 6
-"""Lines of a row that are kept on one page, at most."""
+"""Largest number of lines of a row that are kept on one page."""
 _LAST = r"\\* \hline"
-"""After the last row: no page ends before the rule."""
+"""The end of the last row, which prevents a page break before the rule."""
 
 
 def latex(content: Content, name: str) -> Document:
-    """The file, and its figures, named after it."""
+    """The file, with its figures, whose names begin with `name`."""
     told = list(pieces(content))
     for piece in told:
         if isinstance(piece, ReportPicture) and piece.ending == ".svg":
@@ -81,7 +81,7 @@ def _listed(piece: Listed, _: str) -> str:
 def _picture(piece: ReportPicture, name: str) -> str:
     source = file_name(name, piece, _ENDING)
     title = rf"\room\subsection{{{text_latex(piece.title)}}}" + "\n\n" if piece.title else ""
-    width = "" if piece.name == "sketch" else "0.75"  # plots have a width of their own
+    width = "" if piece.name == "sketch" else "0.75"  # plots have a fixed width
     shown = rf"\includegraphics[width={width}\linewidth,height=0.8\textheight,keepaspectratio]{{{source}}}"
     caption = rf"\par\small {prose(piece.caption)}" if piece.caption else ""
     return f"{title}\\begin{{center}}\n{shown}{caption}\n\\end{{center}}"
@@ -91,9 +91,9 @@ def _picture(piece: ReportPicture, name: str) -> str:
 
 
 def _table(table: PageTable, _: str) -> str:
-    """Columns as wide as what is in them; where that is wider than the page, the widest share what the others leave.
+    """A table with columns of natural width; if it is wider than the page, the widest columns share the remaining width.
 
-    Where formulas would be broken too often, each row is set as lines of its own, a line for each column.
+    If formulas would be broken too often, each row is set as several lines, one for each column.
     """
     natural = [max(map(_width, column)) for column in zip(table.head, *table.rows, strict=True)]
     room = WIDTH - _GAP * (len(natural) - 1)
@@ -109,7 +109,7 @@ def _table(table: PageTable, _: str) -> str:
 
 
 def _stacked(table: PageTable) -> str:
-    """A line for each column of a row; columns without a value are left out, and those of zero."""
+    """A line for each column of a row, without columns that are empty or zero."""
     wide = WIDTH - _GAP - max(map(_width, table.head))
     lines = [r"\hline \endhead"]
     for row in table.rows:
@@ -131,7 +131,7 @@ def _column(width: float | None) -> str:
 
 
 def _shared(natural: list[float], room: float) -> list[float]:
-    """Widths of columns: the narrowest take what they need, up to an even share of what is left."""
+    """Widths of columns, beginning with the narrowest: their natural width, but at most an equal share of the remaining width."""
     given: dict[int, float] = {}
     order = sorted(range(len(natural)), key=lambda i: natural[i])
     for k, i in enumerate(order):
@@ -155,7 +155,7 @@ def _cell(cell: Cell, width: float | None, style: str = "") -> str:
 
 
 def _figure(cell: str) -> str:
-    """A number, with the sign and the power of ten of formulas; else nothing."""
+    """A number, with the minus sign and power of ten of formulas; "" for other text."""
     found = re.fullmatch(r"([-+]?[\d.]+)(?:e([-+]?\d+))?", cell)
     if found is None:
         return ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Text and formulas as LaTeX that pdflatex takes with its first fonts: no signs beyond ASCII are left."""
+"""Text and formulas as LaTeX in ASCII, for pdflatex with its default fonts."""
 
 import re
 import unicodedata
@@ -15,13 +15,13 @@ _SIGNS = {
     "○": r"\circ ",
     "●": r"\bullet ", "•": r"\bullet ", "′": "'", "∑": r"\sum ", "∆": r"\Delta ", "↦": r"\mapsto ", "‖": r"\| ",
 }  # fmt: skip
-"""In formulas."""
+"""Commands in formulas."""
 _WRITTEN = {
     "–": "--", "—": "---", "…": r"\dots{}", "‘": "`", "’": "'", "“": "``", "”": "''", "„": ",,", "\u00a0": "~", "ß": r"\ss{}",
     "æ": r"\ae{}", "Æ": r"\AE{}", "ø": r"\o{}", "Ø": r"\O{}", "å": r"\aa{}", "Å": r"\AA{}", "ł": r"\l{}", "Ł": r"\L{}", "œ": r"\oe{}",
     "§": r"\S{}", "ı": r"\i{}", "\u200b": "",
 }  # fmt: skip
-"""In text."""
+"""Commands in text."""
 _ACCENTS = {
     "\u0300": "`", "\u0301": "'", "\u0302": "^", "\u0303": "~", "\u0304": "=", "\u0306": "u", "\u0307": ".",
     "\u0308": '"', "\u030a": "r", "\u030b": "H", "\u030c": "v", "\u0327": "c",
@@ -32,7 +32,7 @@ _BEYOND = re.compile(r"[^\x00-\x7f]")
 
 
 def text_latex(plain: str) -> str:
-    """Plain text."""
+    """Plain text as LaTeX."""
     letters: list[str] = []
     for c in _marked(plain):
         if c in _ACCENTS and letters:
@@ -43,17 +43,17 @@ def text_latex(plain: str) -> str:
 
 
 def prose(sentence: str) -> str:
-    """Text with formulas between dollar signs."""
+    """Text with formulas between dollar signs as LaTeX."""
     return "".join(f"${math_latex(piece)}$" if formula else text_latex(piece) for formula, piece in segments(sentence))
 
 
 def math_latex(latex: str) -> str:
-    """A formula."""
+    """A formula as LaTeX in ASCII."""
     return _BEYOND.sub(lambda m: _sign(m[0]) or rf"\text{{{text_latex(m[0])}}}", latex)
 
 
 def _marked(plain: str) -> str:
-    """Accents apart from their letters, but those that have a command of their own."""
+    """Text with accents separated from their letters, except letters with their own command."""
     return "".join(c if c in _WRITTEN else unicodedata.normalize("NFD", c) for c in plain)
 
 
@@ -64,7 +64,7 @@ def _written(c: str) -> str:
 
 
 def _sign(c: str) -> str:
-    """A sign, a Greek letter, or what stands above or below the line, as in formulas; else nothing."""
+    """LaTeX of a sign, a Greek letter, a superscript or subscript character; "" for others."""
     if c in _SIGNS:
         return _SIGNS[c]
     kind, _, code = unicodedata.decomposition(c).partition(" ")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-r"""Formulas in LaTeX broken into lines that fit a width, before a + or − of the outermost sums where there are any.
+r"""Formulas in LaTeX broken into lines of a given width, before a + or − of the outermost sums where possible.
 
-TeX breaks no line between `\left` and `\right`: where a line ends within brackets, these become `\bigl` and `\bigr`. A fraction or
-root wider than the line is written as a product or power of brackets first.
+TeX breaks no line between `\left` and `\right`: if a line ends within brackets, these become `\bigl` and `\bigr`. A fraction or
+root wider than the line is first written as a product or power of brackets.
 """
 
 import re
@@ -11,36 +11,36 @@ from dataclasses import dataclass, replace
 
 _TOKEN = re.compile(r"\\[A-Za-z]+\s*|\\.|[{}]|\s+|.", re.DOTALL)
 _OVER = {"hat", "tilde", "dot", "ddot", "dddot", "mathrm", "mathbf", "boldsymbol", "operatorname", "text", "bar"}
-"""Commands with one argument, as wide as that."""
+"""Commands with one argument and its width."""
 _WIDTHS = {
     r"\,": 0.17, r"\;": 0.28, r"\ ": 0.3, r"\quad": 1.0, r"\qquad": 2.0, r"\sin": 1.35, r"\cos": 1.35, r"\tan": 1.5, r"\ln": 0.9,
     r"\cdot": 0.75, r"\times": 1.25, r"\sum": 1.6, r"\dots": 1.3, r"\arcsin": 2.6, r"\arccos": 2.6, r"\arctan": 2.6, "+": 1.25,
     "-": 1.25, "=": 1.35, "(": 0.42, ")": 0.42, "m": 0.9, "M": 1.0, "w": 0.75, "W": 1.0, "i": 0.36, "l": 0.36, "j": 0.45, "t": 0.4,
     ",": 0.45, ".": 0.28, "|": 0.3, "*": 0.5,
 }  # fmt: skip
-"""In em; other signs are as wide as a letter."""
+"""Widths in em; other signs are as wide as a letter."""
 _LETTER, _CAPITAL, _DIGIT, _SMALL = 0.58, 0.76, 0.5, 0.72
 _BEGINS = {"=", ",", "&", r"\;", r"\quad", r"\cdot", r"\times"}
-"""A sign after these is no sum."""
+"""Signs after these are unary."""
 _APART = {r"\;", r"\quad", r"\qquad"}
 _LEFT = 5.0
-"""Kept for a left side."""
+"""Width reserved for a left side, in em."""
 _LEAST = 3
-"""A line is filled to one part in so many at least, where a sum further in has to be broken for that."""
+"""A line is filled to at least this fraction, 1/n, even if an inner sum must be broken."""
 _NARROW = 7.0
-"""Brackets of so many em are not broken within."""
+"""Width of brackets, in em, below which they are not broken."""
 _NO_FACTOR = re.compile(
     r"\s*(\\(arc)?(sin|cos|tan)h?\b|\\(ln|min|max|operatorname|big|cdot|q?quad|text)\b|\\[,;]|[=,]|$)"
 )
-"""What stands before brackets and is no factor."""
+"""Tokens before brackets that are not factors."""
 _OPEN, _CLOSE = re.compile(r"\\left\s*(\\.|\S)"), re.compile(r"\\right\s*(\\.|\S)")
 
 
 @dataclass(frozen=True, slots=True)
 class _Unit:
-    """What is never broken, with its width in em; `bracket` is 1 where one opens and −1 where it closes, `sum` where a term begins.
+    """A part of a formula that is never broken, with its width in em; `bracket` is 1 for an opening and −1 for a closing bracket.
 
-    `apart` begins what follows a comma or a wide space, `depth` counts the brackets around it.
+    `sum` marks the beginning of a term; `apart` follows a comma or a wide space, `depth` is the number of enclosing brackets.
     """
 
     text: str
@@ -52,7 +52,7 @@ class _Unit:
 
 
 def broken_lines(latex: str, width: float, hang: float = 0.0) -> list[str]:
-    """Lines of at most `width` em, those after the first of `hang` em less, where a sum or product in brackets allows it."""
+    """Lines of at most `width` em, those after the first `hang` em shorter, as far as sums or products of brackets allow."""
     units = _nested(_units(latex, width - hang - _LEFT))
     ends, start, room = [], 0, width
     while sum(u.width for u in units[start:]) > room:
@@ -65,7 +65,7 @@ def broken_lines(latex: str, width: float, hang: float = 0.0) -> list[str]:
 
 
 def _nested(units: Sequence[_Unit]) -> list[_Unit]:
-    """With their depths; no sum is broken in narrow brackets."""
+    """The units with their depths; sums in narrow brackets are not broken."""
     result = list(units)
     opened: list[int] = []
     for i, u in enumerate(units):
@@ -80,12 +80,12 @@ def _nested(units: Sequence[_Unit]) -> list[_Unit]:
 
 
 def em_width(latex: str) -> float:
-    """An estimate of the width of a formula, in em."""
+    """The estimated width of a formula, in em."""
     return sum(u.width for u in _units(latex, float("inf")))
 
 
 def _line_end(units: Sequence[_Unit], start: int, room: float) -> int | None:
-    """Where the line that begins at `start` ends: at the outermost sum that fills it well, else at a product of brackets."""
+    """The end of the line that begins at `start`: an outermost sum that fills it well, or else a product of brackets."""
     reached = 0.0
     fits: list[tuple[bool, int, int, float]] = []
     later: list[tuple[bool, int, int, float]] = []
@@ -104,7 +104,7 @@ def _line_end(units: Sequence[_Unit], start: int, room: float) -> int | None:
 
 
 def _joined(units: Sequence[_Unit], ends: Sequence[int]) -> list[str]:
-    """The text of each line; brackets that are open at the end of one take a fixed size."""
+    """The text of each line; brackets open at a line's end get a fixed size."""
     texts = [u.text for u in units]
     opened: list[int] = []
     cut, broken = set(ends), set()
@@ -121,11 +121,11 @@ def _joined(units: Sequence[_Unit], ends: Sequence[int]) -> list[str]:
     return [pieces[0], *(f"{{}}{sign}{piece}" for sign, piece in zip(lead, pieces[1:], strict=True))]
 
 
-# Reading ------------------------------------------------------------------------------------------------
+# Parsing ------------------------------------------------------------------------------------------------
 
 
 def _units(latex: str, room: float, scale: float = 1.0) -> list[_Unit]:
-    """The formula as a line of units; fractions and roots wider than `room` are opened."""
+    """The formula as units in one line; fractions and roots wider than `room` are rewritten."""
     tokens = _TOKEN.findall(latex)
     units: list[_Unit] = []
     i = 0
@@ -148,7 +148,7 @@ def _units(latex: str, room: float, scale: float = 1.0) -> list[_Unit]:
             raised, i = _argument(tokens, i + 1)
             last = units.pop()
             more = _sum(raised, scale * _SMALL)
-            both = last.text.rstrip().endswith("}") and name == "^" and "_" in last.text  # one stands above the other
+            both = last.text.rstrip().endswith("}") and name == "^" and "_" in last.text  # superscript above subscript
             units.append(
                 replace(last, text=f"{last.text}{name}{{{raised}}}", width=last.width + more * (0.5 if both else 1))
             )
@@ -180,7 +180,7 @@ def _width(token: str) -> float:
 
 
 def _argument(tokens: Sequence[str], i: int) -> tuple[str, int]:
-    """What stands in braces from token `i` on, or that token, and where it ends."""
+    """The argument in braces from token `i` on, or that token, and the index after it."""
     while i < len(tokens) and not tokens[i].strip():
         i += 1
     if i >= len(tokens) or tokens[i] != "{":
@@ -193,7 +193,7 @@ def _argument(tokens: Sequence[str], i: int) -> tuple[str, int]:
 
 
 def _environment(tokens: Sequence[str], i: int, scale: float) -> tuple[int, _Unit]:
-    """A matrix, or cases: as wide as its columns."""
+    """A matrix or cases environment as one unit, as wide as its columns."""
     depth, k = 0, i
     while k < len(tokens):
         depth += (tokens[k].strip() == r"\begin") - (tokens[k].strip() == r"\end")

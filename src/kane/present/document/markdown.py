@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A report as Markdown of GitHub's flavour: formulas between dollar signs, tables with pipes, figures beside it as SVG."""
+"""A report as GitHub-flavoured Markdown: formulas between dollar signs, tables with pipes, figures beside it as SVG."""
 
 import re
 from collections.abc import Callable
@@ -15,11 +15,11 @@ from kane.present.pages import Document, segments
 
 _ENDING = ".svg"
 _MARKS = re.compile(r"([\\`*_{}\[\]<>#|~$&])")
-"""What Markdown reads as more than itself."""
+"""Characters with a meaning in Markdown."""
 
 
 def markdown(content: Content, name: str) -> Document:
-    """The file, and its figures, named after it."""
+    """The file, with its figures, whose names begin with `name`."""
     told = list(pieces(content))
     parts = [
         f"<!-- A report of kane {version('kane')} -->",
@@ -35,7 +35,7 @@ def _text(plain: str) -> str:
 
 
 def _math(latex: str) -> str:
-    """A formula that no Markdown is read in: an asterisk would emphasize, a bar end a cell, and a space within ends no formula."""
+    """A formula without Markdown syntax: an asterisk would emphasize, a bar end a cell; spaces at the ends are removed."""
     return latex.replace("*", r"\ast ").replace("|", r"\vert ").strip()
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Markdown of the author's as pieces of a report: headings, paragraphs, points and tables; emphasis is left out."""
+"""The author's Markdown as pieces of a report: headings, paragraphs, list items and tables; emphasis is dropped."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -18,7 +18,7 @@ def parts_of(note: MarkdownText) -> Iterator[Piece]:
     for token in parser().parse(note.text):
         kind, inner = token.type, token.children or []
         if kind == "heading_open":
-            heading = int(token.tag[1]) - 1  # the parser has put it below that of the section
+            heading = int(token.tag[1]) - 1  # the parser has lowered it below that of the section
         elif kind in ("bullet_list_open", "ordered_list_open"):
             points.append("1" if kind.startswith("ordered") else "•")
         elif kind in ("bullet_list_close", "ordered_list_close"):
@@ -41,7 +41,7 @@ def parts_of(note: MarkdownText) -> Iterator[Piece]:
 
 
 def _point(points: list[str]) -> str:
-    """What a point begins with; numbers go on."""
+    """The bullet or the next number of a list item."""
     if not points or points[-1] == "•":
         return "• " if points else ""
     number = int(points[-1])
@@ -50,7 +50,7 @@ def _point(points: list[str]) -> str:
 
 
 def _paragraph(tokens: Sequence[Any], begin: str) -> Iterator[Piece]:
-    """Sentences, and formulas on lines of their own between them."""
+    """Sentences, with displayed formulas between them."""
     told: list[Any] = []
     for token in tokens:
         if token.type == "math" and token.markup == "$$":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figures of a report that lie beside it: the sketch, and plots of a motion."""
+"""The figures of a report in files beside it: the sketch, and plots of a motion."""
 
 import io
 import re
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 _COPIED = b"<!-- A picture in a report of kane -->"
 DRAWN = (*MARKS, *FIGURES, _COPIED)
-"""What one of the figures that kane writes is known by."""
+"""Marks by which a figure written by kane is recognized."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReportPicture:
-    """A figure: its name within the report, heading, a sentence in which LaTeX may stand, and what writes it as a path ends.
+    """A figure: its name within the report, heading, caption (with LaTeX), and the function that writes it in the format of a path.
 
-    What is not drawn, but a file, has its `ending`.
+    A picture that is copied from a file has its `ending`.
     """
 
     name: str
@@ -39,7 +39,7 @@ class ReportPicture:
 
 
 def sketch_of(content: Content) -> Iterator[ReportPicture]:
-    """The labelled sketch, of a system that has something to draw."""
+    """The labelled sketch, if the system can be drawn."""
     if content.seen.drawable:
         (drawn,) = draw_each(content.seen, (WIDE,), title=content.title)
         said = "; ".join(f"${symbol}$ {plain(meaning)}" for symbol, meaning in content.meanings)
@@ -56,7 +56,7 @@ def plots_of(content: Content) -> Iterator[ReportPicture]:
 
 
 def printed(plot: "Plot") -> ReportPicture:
-    """A plot in the colours of white paper."""
+    """A plot in colours for white paper."""
     from kane.present.figure import save
     from kane.present.motion_plots import to_print
 
@@ -64,7 +64,7 @@ def printed(plot: "Plot") -> ReportPicture:
 
 
 def picture_of(note: Any, name: str) -> ReportPicture:
-    """A figure of matplotlib's, or a picture that was read, among the notes."""
+    """A matplotlib figure, or a picture read from a file, among the notes."""
     if isinstance(note, Image):
         return ReportPicture(name, "", "", partial(_copy, note.data), note.ending)
     from kane.present.figure import save
@@ -73,7 +73,7 @@ def picture_of(note: Any, name: str) -> ReportPicture:
 
 
 def _copy(data: bytes, path: Path) -> None:
-    """A picture written anew, marked as part of a report."""
+    """Write a copy of a picture, marked as part of a report."""
     if path.suffix == ".svg":
         path.write_bytes(data.rstrip() + b"\n" + _COPIED + b"\n")
         return
@@ -86,10 +86,10 @@ def _copy(data: bytes, path: Path) -> None:
 
 
 def beside(pieces: Iterable[object], report: str, ending: str) -> dict[str, Callable[[Path], object]]:
-    """What writes each figure among the pieces, by its file's name."""
+    """Functions that write the figures among the pieces, by file name."""
     return {file_name(report, p, ending): p.save for p in pieces if isinstance(p, ReportPicture)}
 
 
 def file_name(report: str, picture: ReportPicture, ending: str) -> str:
-    """The name of a figure beside a report, of letters that LaTeX and addresses take as they are."""
+    """The file name of a figure beside a report, in characters that LaTeX and URLs accept."""
     return f"{re.sub(r'[^A-Za-z0-9.-]+', '-', report)}-{picture.name}{picture.ending or ending}"

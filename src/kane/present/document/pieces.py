@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A report as a list of headings, sentences, formulas, tables and figures, in reading order, for formats that fold nothing away.
+"""A report as a list of headings, sentences, formulas, tables and figures, in reading order, for formats without collapsible parts.
 
-Intermediates are numbered on through the whole report: a Z stands for one thing.
+Intermediates are numbered consecutively through the report, so that each Z is unique.
 """
 
 import math
@@ -22,12 +22,12 @@ from kane.present.pages import figure_text, plain, segments
 from kane.present.provenance import Provenance
 
 WIDTH = 46.0
-"""Of a line of formulas, in em: a sheet of A4 at 10 pt, and GitHub's column."""
+"""Width of a line of formulas, in em: a sheet of A4 at 10 pt, and GitHub's column."""
 _HANG = 2.0
 _SHRUNK = 1.3
-"""A matrix wider than a line by more than this is written entry by entry."""
+"""Ratio to the line width above which a matrix is written entry by entry."""
 _LONG = 80
-"""Lines beyond which formulas by all speeds, and where terms come from, are left out: printed, HTML leaves them folded."""
+"""Number of lines above which formulas in all speeds, and origins of terms, are omitted; HTML has them collapsed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """A paragraph, LaTeX between dollar signs."""
+    """A paragraph, with LaTeX between dollar signs."""
 
     text: str
 
@@ -54,14 +54,14 @@ class Formulas:
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """Plain sentences, a point each."""
+    """A list of plain sentences."""
 
     items: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class MarkdownText:
-    """Markdown of the author's, LaTeX between dollar signs."""
+    """The author's Markdown, with LaTeX between dollar signs."""
 
     text: str
 
@@ -71,7 +71,7 @@ _Rename = Callable[[str], str]
 
 
 def pieces(content: Content) -> Iterator[Piece]:
-    """All of a report but its title."""
+    """All pieces of a report except its title."""
     yield Words(", ".join(tr("%(n)s %(what)s", n=n, what=what) for n, what in content.summary) + ".")
     if content.mode:
         yield Words(content.mode)
@@ -82,7 +82,7 @@ def pieces(content: Content) -> Iterator[Piece]:
     parts = [part for c in content.chapters for part in _blocks(c)]
     eom = content.eom
     named = (*eom.parameters, *eom.state, *eom.inputs, *eom.reactions, *eom.all_speeds)
-    taken = any(re.fullmatch(r"Z\d+", s.name) for s in named)  # then chapters keep their numbers
+    taken = any(re.fullmatch(r"Z\d+", s.name) for s in named)  # then intermediates are not renumbered
     starts = accumulate((0 if taken or _length(p) > most else len(p.between) for p, most in parts), initial=0)
     renames = map(_renamed, (part for part, _ in parts), starts)
     for chapter in content.chapters:
@@ -106,7 +106,7 @@ def pieces(content: Content) -> Iterator[Piece]:
 
 
 def _blocks(chapter: Chapter) -> tuple[tuple[FormulaBlock | Provenance, float], ...]:
-    """The parts of a chapter that number intermediates by themselves, and the lines from which on each is left out."""
+    """The parts of a chapter with their own numbering of intermediates, and the number of lines above which each is omitted."""
     folded = chapter.by_all_speeds, chapter.provenance or FormulaBlock()
     return (chapter.block, math.inf), (chapter.solution, math.inf), *((part, _LONG) for part in folded)
 
@@ -117,7 +117,7 @@ def _length(part: FormulaBlock | Provenance) -> int:
 
 
 def _renamed(part: FormulaBlock | Provenance, start: int) -> _Rename:
-    """What moves the numbers of a part's intermediates, in LaTeX."""
+    """A function that shifts the numbers of a part's intermediates in LaTeX."""
     own = {z.left for z in part.between}
     return lambda latex: re.sub(
         r"(?<![A-Za-z\\])Z_\{(\d+)\}", lambda m: f"Z_{{{int(m[1]) + start}}}" if m[0] in own else m[0], latex
@@ -172,7 +172,7 @@ def _block(block: FormulaBlock, rename: _Rename) -> Iterator[Piece]:
 
 
 def _display(display: MatrixEquation, rename: _Rename) -> Iterator[Piece]:
-    """A matrix, or where it is far too wide its entries."""
+    """A matrix, or its entries if it is much too wide."""
     latex = rename(display.latex)
     if em_width(latex) <= _SHRUNK * WIDTH:
         yield Formulas(((latex,),))
@@ -188,7 +188,7 @@ def _equations(shown: Sequence[DisplayedFormula], rename: _Rename) -> Iterator[F
 
 
 def _table(table: PageTable, rename: _Rename = str) -> Iterator[Piece]:
-    """A table under its title; nothing where there are no rows."""
+    """A table under its title; nothing for a table without rows."""
     if not table.rows:
         return
     if table.title:
@@ -231,7 +231,7 @@ def _operations(content: Content) -> Iterator[Piece]:
 
 
 def cell_of(sentence: str) -> Cell:
-    """A sentence with LaTeX between dollar signs, as a cell."""
+    """A sentence with LaTeX between dollar signs as a table cell."""
     told = segments(sentence)
     if not any(formula for formula, _ in told):
         return "".join(piece for _, piece in told)

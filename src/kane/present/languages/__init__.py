@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Languages of reports: a catalogue a file, and what takes a text from it."""
+"""Languages of reports: a catalogue file for each, and functions that translate texts."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The fixed texts of a report in its language, by the rules of gettext: the English text is the key, values stand as `%(name)s`.
+"""The fixed texts of a report in its language, with the rules of gettext: English texts are keys, values are written `%(name)s`.
 
-A catalogue is a TOML file named after the language; what it lacks stays English. `tr` and `trn` mark texts that are taken where they
-stand, `N_` those that are taken later; in templates `_()` and `{% trans %}` do. The language holds within `spoken`, for what is called
-there alone: it is no argument of the hundred functions that make a report, and two threads may write in two languages.
+A catalogue is a TOML file named after the language; missing texts stay English. `tr` and `trn` translate a text in place, `N_` marks
+one to be translated later; templates use `_()` and `{% trans %}`. The language is a context variable, set by `spoken`, so that threads
+can use different ones: an argument would pass through a hundred functions.
 """
 
 import tomllib
@@ -18,11 +18,11 @@ from typing import Any
 from kane.errors import ArgumentError, alike, cut
 
 LANGUAGES = ("en", "ko")
-"""English is that of the sources."""
+"""English is the language of the sources."""
 
 
 class Catalogue(NullTranslations):
-    """The texts of a language by their English; a count chooses no form of its own, the key is the text of one."""
+    """The texts of a language by their English; plural forms are not distinguished, and the singular is the key."""
 
     def __init__(self, language: str) -> None:
         super().__init__()
@@ -35,7 +35,7 @@ class Catalogue(NullTranslations):
         return self.texts.get(message, message)
 
     def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
-        """The text of a count in this language."""
+        """The text for a count in this language."""
         return self.texts.get(msgid1) or super().ngettext(msgid1, msgid2, n)
 
 
@@ -44,7 +44,7 @@ _spoken: ContextVar[NullTranslations] = ContextVar("spoken", default=NullTransla
 
 
 def checked(language: str) -> str:
-    """The language, if there is a catalogue of it."""
+    """The language; raises ArgumentError if there is no catalogue for it."""
     if language not in LANGUAGES:
         known = ", ".join(map(repr, LANGUAGES))
         raise ArgumentError(
@@ -55,7 +55,7 @@ def checked(language: str) -> str:
 
 @contextmanager
 def spoken(language: str) -> Iterator[None]:
-    """What is written within is in this language."""
+    """Set the language of texts within the context."""
     token = _spoken.set(NullTranslations() if checked(language) == "en" else _catalogue(language))
     try:
         yield
@@ -64,26 +64,26 @@ def spoken(language: str) -> Iterator[None]:
 
 
 def language() -> str:
-    """The language that holds here."""
+    """The current language."""
     return getattr(_spoken.get(), "language", "en")
 
 
 def tr(text: str, /, **values: Any) -> str:
-    """The text in the language that holds, with its values."""
+    """The text in the current language, with its values."""
     said = _spoken.get().gettext(text)
     return said % values if values else said
 
 
 def plural(one: str, many: str, n: int) -> str:
-    """The text of `n` things in the language that holds, without its values."""
+    """The text for `n` items in the current language, without its values."""
     return _spoken.get().ngettext(one, many, n)
 
 
 def trn(one: str, many: str, n: int, /, **values: Any) -> str:
-    """The text of `n` things in the language that holds, with its values, of which `n` is one."""
+    """The text for `n` items in the current language, with its values, including `n`."""
     return plural(one, many, n) % {"n": n, **values}
 
 
 def N_(text: str) -> str:
-    """The English text, which `tr` is given later."""
+    """The English text, marked for a later call of `tr`."""
     return text

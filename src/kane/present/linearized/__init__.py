@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a report says of a steady motion and of small motions beside it, and of branches of them."""
+"""Chapters of a report on a steady motion, on its linearization, and on branches of steady motions."""

@@ -23,13 +23,13 @@ from kane.units.rules import unit_text
 
 _ENDS = np.array([0.0, 1.0])
 _POINTS = 12
-"""Rows drawn on each side of a meeting."""
+"""Rows drawn on each side of a point where two eigenvalues meet."""
 
 
 class Inks(NamedTuple):
-    """The colours of a locus: lines, axes, turning points, where it grows, and in the plane lines and ends.
+    """The colours of a locus: lines, axes, turning points, positive real parts, and in the complex plane lines and ends.
 
-    With `scale`, a map of colours, points in the plane tell the value.
+    With the colour map `scale`, the colour of points in the plane gives the varied value.
     """
 
     line: str
@@ -53,7 +53,7 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     Parameters
     ----------
     branch : from `kn.analysis.continuation`; or from `cycle.follow`, for the Floquet exponents ln μ/T
-    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
+    path : file to write, `.png`, `.svg` or `.pdf`; an existing file is replaced if it is such a figure
     """
     label, place = label_along(branch), file_path(path, 'kn.figures.root_locus(branch, "locus.svg")')
     figure = Picture(figsize=(9.6, 4.6), layout="constrained")
@@ -77,14 +77,14 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     return saved(figure, place)
 
 
-# Between points --------------------------------------------------------------------------------------------------------------
+# Interpolation between points ------------------------------------------------------------------------------------------------
 
 
 def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Complex, list[int]]:
-    """Values and eigenvalues with rows between, where two real eigenvalues become a pair or back; and where the given rows are.
+    """Values and eigenvalues with added rows where two real eigenvalues become a pair or vice versa; and indices of the given rows.
 
-    Two that meet are m ± √D with m and D smooth: both are taken linear between the points, so that lines pass through D = 0 on the
-    real axis, where straight ones from ±σ to ±iω would pass beside it.
+    Two eigenvalues that meet are m ± √D with smooth m and D, which are interpolated linearly: lines then pass through D = 0 on the
+    real axis, which straight lines from ±σ to ±iω would miss.
     """
     rows_v, rows_e, kept = [values[:1]], [eigenvalues[:1]], [0]
     for k, (before, after) in enumerate(pairwise(eigenvalues)):
@@ -120,14 +120,14 @@ def _halves(ends: Complex) -> tuple[complex, complex, float]:
 
 
 def _shares(before: Complex, after: Complex) -> Array:
-    """Shares of the step from one end to the other, the meeting among them, close to it where √D is steep."""
+    """Fractions of the interval, including the meeting point, denser near it, where √D is steep."""
     (_, _, d0), (_, _, d1) = _halves(before), _halves(after)
     at, x = d0 / (d0 - d1), np.linspace(0, 1, _POINTS) ** 2
     return np.concatenate([at * (1 - x), at + (1 - at) * x])
 
 
 def _meeting(before: Complex, after: Complex, shares: Array) -> tuple[Complex, Complex]:
-    """Both eigenvalues m ± √D at the shares of a step; each keeps its column."""
+    """Both eigenvalues m ± √D at fractions of the interval; each keeps its column."""
     (m0, h0, d0), (m1, h1, d1) = _halves(before), _halves(after)
     d = d0 + shares * (d1 - d0)
     way = np.where(d * d0 > 0, _unit(h0, d0), _unit(h1, d1))
@@ -142,7 +142,7 @@ def _unit(half: complex, square: float) -> complex:
 
 
 def label_along(branch: Any) -> str:
-    """What changes along a branch, with its unit; a SimulationError for anything else."""
+    """Label of the varied value of a branch, with its unit; raises SimulationError for other objects."""
     if not isinstance(branch, Branch | CycleBranch):
         raise SimulationError(f"Expected a branch from kn.continuation or cycle.follow, got {type(branch).__name__}.")
     unit = unit_text(branch.symbol.unit)
@@ -153,7 +153,7 @@ def label_along(branch: Any) -> str:
 
 
 def against(a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, label: str, inks: Inks = _INKS) -> None:
-    """Real or imaginary parts over the value that changes, and where the branch turns back."""
+    """Plot real or imaginary parts against the varied value, with the turning points of the branch."""
     a.axhline(0, color=inks.guide, linewidth=0.8)
     a.plot(values, parts, color=inks.line, linewidth=1.4)
     for k, i in enumerate(branch.turning):
@@ -163,7 +163,7 @@ def against(a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, 
 
 
 def grow(a: Axes, values: Array, eigenvalues: Complex, inks: Inks = _INKS) -> None:
-    """The real parts above zero once more, in another colour."""
+    """Plot the positive real parts again in another colour."""
     real = eigenvalues.real
     size = np.abs(eigenvalues).max(initial=1.0)
     above = np.where(real > ROUNDED_ROOT * size, real, np.nan)
@@ -173,7 +173,7 @@ def grow(a: Axes, values: Array, eigenvalues: Complex, inks: Inks = _INKS) -> No
 
 
 def plane(a: Axes, branch: Branch | CycleBranch, lines: Complex, inks: Inks = _INKS) -> Any:
-    """The complex plane, the start ○ and the end ●; what is coloured by the value that changes."""
+    """Plot the complex plane with the start ○ and the end ●; returns the points coloured by the varied value."""
     a.axhline(0, color=inks.guide, linewidth=0.8)
     a.axvline(0, color=inks.guide, linewidth=0.8)
     values = branch.eigenvalues
@@ -228,7 +228,7 @@ def campbell_diagram(
 
 
 def _name(axes: Any, k: float, far: float, top: float) -> None:
-    """The name of the line k |Ω| where it ends, at the fastest spin, or leaves the picture."""
+    """Label the line k |Ω| where it ends at the fastest spin or leaves the picture."""
     steep = k * abs(far) > top
     place = (np.copysign(top / k, far), top) if steep else (far, k * abs(far))
     aside: dict[str, Any] = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A chapter of sentences, formulas, tables and figures, which each format writes by its own means; and numbers in formulas."""
+"""A chapter of sentences, formulas, tables and figures, independent of the format; numbers in formulas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from kane.present.motion_plots import Plot
 
 Part = str | Tex | PageTable
-"""A sentence in which LaTeX stands between dollar signs, a formula on a line of its own, a table."""
+"""A sentence with LaTeX between dollar signs, a displayed formula, or a table."""
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A chapter: its name in addresses, its title, its parts in reading order, and figures behind them."""
+    """A chapter: its anchor name, its title, its parts in reading order, and figures after them."""
 
     name: str
     title: str
@@ -41,14 +41,14 @@ def number(x: float, digits: int = 5) -> str:
 
 
 def matrix(a: Array) -> str:
-    """LaTeX of a matrix of numbers; what rounding leaves of a zero beside the largest is zero."""
+    """LaTeX of a matrix of numbers; entries within rounding of zero beside the largest are written as zero."""
     least = ROUNDED * np.abs(a).max(initial=0.0)
     rows = (" & ".join(number(x if abs(x) > least else 0.0) for x in row) for row in a.tolist())
     return rf"\begin{{bmatrix}} {_NEXT.join(rows)} \end{{bmatrix}}"
 
 
 def latex_of(eom: Equations, names: Sequence[str]) -> list[str]:
-    """LaTeX of states and inputs by name; small angles of Euler parameters are no symbols."""
+    """LaTeX of states and inputs by name; small angles of Euler parameters are not symbols."""
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs)
     known = {s.name: symbol_latex(s) for s in symbols}
     return [known.get(n, latex_name(n)) for n in names]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The chapter on eigenvalues: how fast each mode swings, how well it is damped, and what takes part in it."""
+"""The chapter on eigenvalues: frequency, damping and shape of each mode."""
 
 import math
 from collections.abc import Iterator
@@ -14,20 +14,20 @@ from kane.present.linearized.chapter import Part, Section, latex_of, number
 from kane.present.overview import Cell, PageTable, Tex
 
 _SHOWN = 0.05
-"""Components of a mode smaller than this share of the largest are left out."""
+"""Smallest component of a mode that is listed, relative to the largest."""
 _FEW = 3
-"""At most as many components of a mode are named."""
+"""Largest number of components of a mode that are listed."""
 _NONE = "–"
 
 
 def eigenvalues(eom: Equations, linear: Linear) -> Section:
-    """A row for each mode, of pairs one, by falling real part and rising frequency."""
+    """A table row for each mode, with one for a conjugate pair, by decreasing real part and increasing frequency."""
     return Section("eigenvalues", tr("Eigenvalues"), tuple(_parts(eom, linear)))
 
 
 def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
     size = max((m.frequency for m in linear.modes), default=0.0)
-    least = SIX_DIGITS * size  # zeros that are several have fewer digits
+    least = SIX_DIGITS * size  # multiple zero eigenvalues are less accurate
     yield _verdict(linear, least)
     head = (r"$\lambda$ (1/s)", r"$|\lambda|$ (rad/s)", tr("frequency (Hz)"), tr("damping"), tr("mode"))
     ordered = sorted(linear.modes, key=lambda m: (-m.eigenvalue.real * (abs(m.eigenvalue.real) > least), m.frequency))
@@ -63,7 +63,7 @@ def _row(eom: Equations, mode: Mode, coordinates: int, least: float) -> tuple[Ce
 
 
 def _shape(eom: Equations, mode: Mode, coordinates: int) -> str:
-    """The largest components by size, the first of them 1."""
+    """The largest components in decreasing size, scaled so that the first is 1."""
     own = mode.vector[:coordinates]
     moves = np.abs(own).max(initial=0.0) > SIX_DIGITS * np.abs(mode.vector).max(initial=0.0)
     vector, names = (own, mode.names[:coordinates]) if moves else (mode.vector, mode.names)
@@ -76,7 +76,7 @@ def _shape(eom: Equations, mode: Mode, coordinates: int) -> str:
 
 
 def _component(value: complex) -> str:
-    """Amplitude and phase; in phase or against it by the sign."""
+    """Amplitude and phase; a sign for components in phase or in antiphase."""
     degrees = round(math.degrees(math.atan2(value.imag, value.real)))
     if degrees % 180 == 0:
         return number(abs(value) if degrees == 0 else -abs(value), 3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The chapters on what was linearized about, its values and the reactions there; and on the linearized equations, in numbers."""
+"""The chapters on the operating point, with its values and reactions, and on the linearized equations, in numbers."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -17,13 +17,13 @@ from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 
 _MANY = 24
-"""Rows from which on a table is folded."""
+"""Number of rows from which a table is collapsed."""
 _WIDE = 10
-"""States, inputs or outputs beyond which a matrix is not laid out."""
+"""Largest number of states, inputs or outputs for which a matrix is printed."""
 
 
 def operating_point(eom: Equations, linear: Linear) -> Section:
-    """What the point is, the values of the state, of inputs and of changed parameters, reactions."""
+    """The kind of operating point, the values of the state, of inputs and of changed parameters, and the reactions."""
     parts: list[Part] = [_values(eom, linear), *_outputs(linear)]
     if eom.reactions:
         parts.append(_reactions(eom, linear))
@@ -31,7 +31,7 @@ def operating_point(eom: Equations, linear: Linear) -> Section:
 
 
 def _what(eom: Equations, linear: Linear) -> str:
-    """Whether it is an equilibrium, a steady motion, or a state of another one."""
+    """Whether the point is an equilibrium, a steady motion, or a state of another motion."""
     count = len(linear.coordinates)
     left = [abs(x) for n, x in zip(linear.states, linear.rates.tolist(), strict=True) if n not in linear.cyclic]
     size = max(1.0, float(np.abs(linear.A).max(initial=0.0)))
@@ -53,7 +53,7 @@ def _what(eom: Equations, linear: Linear) -> str:
 
 
 def _values(eom: Equations, linear: Linear) -> PageTable:
-    """The state, inputs, and parameters that have another value than by default; no empty columns."""
+    """The state, inputs, and parameters that differ from their defaults, without empty columns."""
     point = linear.point
     groups: list[Any] = [point.q, point.u, point.states, point.inputs]
     known = {s: float(x) for group in groups for s, x in (group or {}).items()}
@@ -79,7 +79,7 @@ def _outputs(linear: Linear) -> Iterator[Part]:
 
 
 def _reactions(eom: Equations, linear: Linear) -> PageTable:
-    """The reactions of the steady motion, where and along what they act."""
+    """The reactions at the operating point, with their points and directions."""
     values: Sequence[float] = list(map(float, eom.evaluate(list(eom.reactions), linear.point)))
     size = max(map(abs, values))
     rows = zip(reactions(eom.system, eom.auxiliary_speeds), values, strict=True)
@@ -88,7 +88,7 @@ def _reactions(eom: Equations, linear: Linear) -> PageTable:
 
 
 def _figure(x: float, size: float) -> str:
-    """Six digits; what rounding leaves of a zero beside the largest is zero."""
+    """Six digits; 0 for values within rounding of zero beside the largest."""
     return f"{x:.6g}" if abs(x) > ROUNDED_CHAIN * size else "0"
 
 
@@ -96,7 +96,7 @@ def _figure(x: float, size: float) -> str:
 
 
 def state_space(eom: Equations, linear: Linear) -> Section:
-    """ẋ = A x + B r, y = C x + D r."""
+    """The chapter on ẋ = A x + B r, y = C x + D r."""
     return Section("linearization", tr("Linearization"), tuple(_parts(eom, linear)))
 
 
@@ -127,7 +127,7 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
 
 
 def _vector(name: str, entries: Sequence[str]) -> Iterator[Part]:
-    """What a vector of deviations holds."""
+    """The components of a vector of deviations."""
     if 0 < len(entries) <= _WIDE:
         within = " & ".join(rf"\delta {e}" for e in entries)
         yield Tex(rf"{name} = \begin{{bmatrix}} {within} \end{{bmatrix}}^{{T}}")

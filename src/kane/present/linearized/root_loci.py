@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The chapter on root loci: eigenvalues of steady motions as a value changes, where modes come to grow, where the branch turns."""
+"""The chapter on root loci: eigenvalues along a branch of steady motions, onset of growth of modes, turning points."""
 
 from collections.abc import Iterator
 
@@ -13,11 +13,11 @@ from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 
 _INKS = Inks(SERIES[0], FAINT, INK, SERIES[1], SERIES[0], INK)
-"""Stand-ins for the colours of a page."""
+"""Placeholders for the colours of a page."""
 
 
 def root_loci(branch: Branch) -> Section:
-    """Eigenvalues against the value and in the complex plane, crossings of the imaginary axis, turning points."""
+    """Eigenvalues against the varied value and in the complex plane, crossings of the imaginary axis, turning points."""
     return Section("loci", tr("Root loci"), tuple(_parts(branch)), tuple(_plots(branch)))
 
 

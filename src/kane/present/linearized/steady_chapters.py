@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which chapters on steady motions a report has, by what it is given."""
+"""The chapters of a report on steady motions, according to the given results."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -15,7 +15,7 @@ from kane.present.linearized.linearization_point import operating_point, state_s
 
 
 def check_small_motions(eom: Equations, linearization: Any, root_locus: Any) -> None:
-    """Refuse what is no linearization, or no branch, of these equations."""
+    """Raise ArgumentError for arguments that are not a linearization, or a branch, of these equations."""
     _of(eom, linearization, Linear, "linearization= as kn.linearize(eom, …) returns it", lambda x: [x.point])
     _of(eom, root_locus, Branch, "root_locus= as kn.analysis.continuation(eom, …) returns it", lambda x: x.points)
 

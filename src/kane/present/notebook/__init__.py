@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What notebooks show, entered into the tables of `kane.show`.
+"""Representations for notebooks, entered into the tables of `kane.show` when a notebook first displays an object.
 
-Imported when a notebook first asks. No representation raises: `show` sees to the whole, `typeset.either` to its parts.
+No representation raises: `show` guards the whole, `typeset.either` its parts.
 """
 
 from kane import show

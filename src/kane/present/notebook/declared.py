@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A System in a notebook: what was declared, as tables; and its Equations: sizes, M and f, and where each step is to be read."""
+"""HTML of a System, with its declarations as tables, and of its Equations: sizes, M and f, and where to find each step."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -49,7 +49,7 @@ from kane.write.display import Tree
 from kane.write.latex import point_latex, symbol_latex
 
 _PLACES = 4
-"""Forces and torques of one load that are listed."""
+"""Largest number of forces and torques of one load."""
 
 _COLUMNS: dict[str, Sequence[str]] = {
     "bodies": ("body", "mass", "mass centre", "frame", "central inertia"),
@@ -64,13 +64,13 @@ _COLUMNS: dict[str, Sequence[str]] = {
     "events": ("event", "where", "", "message"),
     "parameters": ("parameter", "default", "unit", "meaning"),
 }
-"""What is shown of each group; the parameters are folded away."""
+"""The columns of each group; the parameters are collapsed."""
 
 _WAYS = {-1: "falls below", 1: "rises above"}
 
 
 def system_html(system: System) -> str:
-    """A sketch, bodies, coordinates, speeds, states, loads, constraints, reactions, inputs and events; parameters folded away."""
+    """A sketch, bodies, coordinates, speeds, states, loads, constraints, reactions, inputs and events; parameters collapsed."""
     names = listed([b.name for b in system.bodies])
     *groups, last = (either(partial(declared, group=group), system) for group in _COLUMNS)
     drawing = either(lambda s: sketch(s).svg, system)
@@ -79,7 +79,7 @@ def system_html(system: System) -> str:
 
 
 def declared(system: Any, group: str) -> str:
-    """The table of one group of what a system, or what has this group alone, declares."""
+    """The table of one group of declarations of a system, or of an object with this group alone."""
     head = _COLUMNS[group]
     return table(head, [[_cell(row, column) for column in head] for row in DECLARED[group](system)])
 
@@ -120,11 +120,11 @@ _WRITERS: dict[Any, Callable[[Any], str]] = {
     Load | Constraint: acting,
     Event: _where,
 }
-"""HTML of a cell by what it holds."""
+"""HTML of a cell by the type of its value."""
 
 
 SMALL = 300
-"""Operations beyond which M and f, or the kinematical equations, are not typeset."""
+"""Number of operations above which M and f, or the kinematical equations, are not typeset."""
 
 _READ = {
     1: ("coordinates",),
@@ -166,7 +166,7 @@ def _names(symbols: Sequence[Symbol]) -> str:
 
 
 def _solved(eom: Equations) -> str:
-    """u̇ where it is short; where it is long, M and f below say more."""
+    """u̇ if it is short; otherwise M and f are more informative."""
     shown = equations(
         [(symbol_latex(rate(u)), e) for u, e in zip(eom.speeds, eom.accelerations, strict=True)], most=SMALL
     )
@@ -189,7 +189,7 @@ def _motion(eom: Equations) -> str:
 
 
 def _motion_formula(mass: Matrix, forcing: Sequence[Expr], mark: str) -> Typeset:
-    """M = […] and f = […] below each other, with one list of intermediates; M in full where it is short."""
+    """M = […] and f = […] one below the other, with common intermediates, if they are short enough."""
     n, entries = len(forcing), mass.entries
     operations = count_operations([*entries, *forcing]).total
     if operations > SMALL or n > WIDE:
@@ -222,7 +222,7 @@ def _operations(eom: Equations) -> str:
 
 
 def _steps(eom: Equations) -> str:
-    if eom.operations.total > MOST:  # the steps' results are made when they are first read
+    if eom.operations.total > MOST:  # results of steps are computed on first access
         return ""
     rows = [
         (str(s.number), escaped(s.title), str(len(s.results)), ", ".join(map(code, _READ.get(s.number, ()))))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What notebooks show of records that have no form of their own: a row a field; of mappings and lists: a row an item."""
+"""HTML of records without their own representation, with a row for each field; of mappings and lists, with a row for each item."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -38,13 +38,13 @@ from kane.units.rules import unit_text
 from kane.write.latex import latex_name, point_latex, symbol_latex
 
 _ITEMS = 12
-"""Items of a list within a cell."""
+"""Largest number of items of a list within a cell."""
 _LETTERS = 120
-"""Letters of a cell that is plain text."""
+"""Largest number of letters of a plain text in a cell."""
 
 
 def cell(value: Any) -> str:
-    """HTML of a value within a table; nothing for what says nothing there."""
+    """HTML of a value within a table; "" for an uninformative value."""
     return next((write(value) for kind, write in _CELLS.items() if isinstance(value, kind)), _text(value))
 
 
@@ -89,11 +89,11 @@ _CELLS: dict[Any, Callable[[Any], str]] = {
     tuple | list | set | frozenset: _several,
     Callable: lambda _: "",
 }
-"""HTML of a value by its kind, the first that fits."""
+"""HTML of a value by its type, the first that matches."""
 
 
 def record_html(record: Any) -> str:
-    """A row a field, without those that are empty; of what is no record what it prints as."""
+    """A row for each nonempty field; for objects that are not records their printed form."""
     lead = f"<b>{type(record).__name__}</b>"
     own = [f.name for f in fields(record) if not f.name.startswith("_")] if is_dataclass(record) else []
     shown = [(escaped(name.replace("_", " ")), cell(getattr(record, name, None))) for name in own]
@@ -102,7 +102,7 @@ def record_html(record: Any) -> str:
 
 
 def mapping_html(values: Mapping[Any, Any]) -> str:
-    """A row a key."""
+    """A row for each key."""
     rows = [(cell(key), cell(value)) for key, value in values.items()]
     return table(("", ""), rows) or paragraph("Nothing.")
 
@@ -114,11 +114,11 @@ def symbols_html(symbols: Symbols[Any]) -> str:
 
 
 _GROUPS: dict[Any, str] = {RigidBody | Particle: "bodies", Constraint: "constraints", Event: "events"}
-"""Of what a list holds, the group of a system that it is shown as."""
+"""The group of a system as which a list is shown, by the type of its items."""
 
 
 def listing_html(values: tuple[Any, ...]) -> str:
-    """A row an item."""
+    """A row for each item."""
     for kind, group in _GROUPS.items():
         if values and all(isinstance(v, kind) for v in values):
             return declared(SimpleNamespace(**{group: values}), group)
@@ -142,7 +142,7 @@ _PLAIN = (Expr, Vector, Dyadic, Matrix, Frame, Point, str, int, float, complex, 
 
 
 def named_formulas(named: Named[Expr]) -> Typeset:
-    """Equations below each other."""
+    """Equations one below the other."""
     pairs = zip(named.labels, named, strict=True)
     return equations([(_label(label), e) for label, e in pairs])
 

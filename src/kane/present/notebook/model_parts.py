@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a notebook shows of the parts of a model, frames, points, bodies, loads and constraints; of states and modes."""
+"""HTML of parts of a model in notebooks: frames, points, bodies, loads, constraints; states and modes."""
 
 from types import SimpleNamespace
 
@@ -19,7 +19,7 @@ from kane.write.latex import latex_name, point_latex
 
 
 def frame_html(frame: Frame) -> str:
-    """In which frame it is turned, by what, and its direction cosines there."""
+    """The parent frame, the rotation, and the direction cosines."""
     name = math(point_latex(frame.name))
     if frame.parent is None or frame.orientation is None:
         return paragraph(f"<b>Frame</b> {name}, a root: others are turned in it.")
@@ -32,7 +32,7 @@ def frame_html(frame: Frame) -> str:
 
 
 def point_html(point: Point) -> str:
-    """Where it is, from which point, and in what it is fixed."""
+    """The position from the parent point, and the frame in which the point is fixed."""
     lead = f"<b>Point</b> {math(point_latex(point.name))}"
     held = f", fixed in {math(point_latex(point.body.name))}" if point.body is not None else ""
     if point.parent is None:
@@ -46,13 +46,13 @@ def body_html(body: RigidBody | Particle | Beam) -> str:
 
 
 def load_html(load: Load) -> str:
-    """Where what acts; its potential energy."""
+    """Forces and torques with their places, and the potential energy."""
     energy = "" if load.potential is None else paragraph(f"Potential energy: {expression(load.potential).cell}")
     return paragraph(f"<b>Load</b> {escaped(load.name)}: {acting(load)}") + energy
 
 
 def constraint_html(constraint: Constraint) -> str:
-    """What vanishes, and the forces that hold it."""
+    """The function that vanishes, and its forces."""
     return paragraph("<b>Constraint</b>") + declared(SimpleNamespace(constraints=(constraint,)), "constraints")
 
 
@@ -64,7 +64,7 @@ def state_html(state: State) -> str:
 
 
 def assembled_html(found: Assembled) -> str:
-    """The state, and how well it satisfies the constraints."""
+    """The state with the residual of the constraints."""
     branch = f"; {escaped(found.branch)}" if found.branch else ""
     return paragraph(f"<b>Assembled</b>: residual {found.residual:.1e}{branch}") + mapping_html({**found.q, **found.u})
 
@@ -76,7 +76,7 @@ def mode_html(mode: Mode) -> str:
 
 
 def normal_modes_html(modes: NormalModes) -> str:
-    """A row a coordinate, a column a mode."""
+    """A row for each coordinate, a column for each mode."""
     heads = [
         f"{w:.5g} rad/s" if s > 0 else f"λ = {s:.3g} 1/s²"
         for w, s in zip(modes.frequencies, modes.squares, strict=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a notebook shows of records as one table, or as a few formulas: of a Linear, a Program, a Solution, and smaller ones."""
+"""HTML of records as one table, or as a few formulas: Linear, Program, Solution, and smaller ones."""
 
 from collections.abc import Sequence
 
@@ -36,26 +36,26 @@ from kane.write.latex import latex_name, symbol_latex
 
 
 def force_system_html(found: ForceSystem) -> str:
-    """A row a force, and a torque."""
+    """A row for each force, and for each torque."""
     rows = [(escaped(p.name), vector(f).cell, "") for p, f in found.forces]
     rows += [("", "", vector(t).cell) for t in found.torques]
     return table(("at", "force", "torque of a couple"), rows)
 
 
 def wrench_html(found: Wrench) -> str:
-    """Force, couple, and where the central axis is."""
+    """Force, couple, and position of the central axis."""
     cells = (vector(found.force), vector(found.torque), vector(found.position), expression(found.pitch))
     return table(("force", "torque", "position of the central axis", "pitch"), [tuple(c.cell for c in cells)])
 
 
 def formulation_html(f: Formulation) -> str:
-    """The equations, each zero."""
+    """The equations, each equal to zero."""
     rows = [(str(k + 1), expression(e).cell) for k, e in enumerate(f.equations)]
     return paragraph(escaped(repr(f))) + table(("", "0 ="), rows)
 
 
 def motions_html(motions: Motions) -> str:
-    """A row a speed, a row a rate, a row a dependent speed."""
+    """A row for each speed, rate and dependent speed."""
     system = motions.derived.system
     head = paragraph(
         f"<b>Motions</b>: {len(motions.coordinates)} coordinates, {motions.degrees_of_freedom} degrees of freedom"
@@ -73,26 +73,26 @@ def motions_html(motions: Motions) -> str:
 
 
 def principal_html(found: Principal) -> str:
-    """A row a moment."""
+    """A row for each principal moment."""
     rows = [(expression(i).cell, vector(n).cell) for i, n in zip(found.moments, found.axes, strict=True)]
     return table(("principal moment", "axis"), rows)
 
 
 def rotation_latex(r: Rotation) -> str:
-    """The matrix of direction cosines; of an array of rotations how many there are."""
+    """The matrix of direction cosines; for an array of rotations its shape."""
     if r.shape:
         return repr(r)
     return matrix(Matrix(r.direction_cosines)).dollars("A rotation")
 
 
 def comparison_html(comparison: SpeedComparison | MethodComparison) -> str:
-    """The table of what is compared."""
+    """The table of a comparison."""
     head, rows = comparison.table()
     return table(tuple(map(escaped, head)), [tuple(map(escaped, row)) for row in rows])
 
 
 def linear_html(linear: Linear) -> str:
-    """What was linearized, the modes, the matrices."""
+    """The operating point, the modes, the matrices."""
     return "".join(either(make, linear) for make in (_linear_summary, _modes, _matrices))
 
 
@@ -135,7 +135,7 @@ def _matrix(name: str, a: npt.NDArray[np.float64], rows: Sequence[str], columns:
 
 
 _FEW = 12
-"""Names of a vector that are listed."""
+"""Largest number of names of a vector."""
 
 
 def routine_html(program: Program, routine: Routine) -> str:
@@ -147,7 +147,7 @@ def routine_html(program: Program, routine: Routine) -> str:
 
 
 def program_html(program: Program, costs: Receipt) -> str:
-    """The arguments that all routines share, and a line for each routine."""
+    """The arguments common to all routines, and a row for each routine."""
     named = [r for r in program.routines if r.results]
     routines = [(_signature(program, r), _labels(r.labels), escaped(costs[r.name])) for r in named]
     lead = paragraph(f"<b>Compiled</b>: {escaped(program.name)}")

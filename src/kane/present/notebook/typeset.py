@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""HTML for notebooks: escaped text, tables, formulas between dollar signs with intermediates; a sentence where they fill pages."""
+"""HTML for notebooks: escaped text, tables, formulas between dollar signs with intermediates, or a sentence for long formulas."""
 
 import html
 import re
@@ -19,13 +19,13 @@ from kane.write.display import Tree
 from kane.write.latex import LATEX, latex_name, unit_vector_latex
 
 ROWS, NAMES = 30, 12
-"""Rows of a table and names of a list beyond which they are cut."""
+"""Rows of a table and names of a list above which they are cut."""
 
 S = TypeVar("S")
 
 
 def either(make: Callable[[S], str], source: S) -> str:
-    """A part of a representation, or what went wrong in it: the other parts are shown all the same."""
+    """A part of a representation, or the text of its error, so that the other parts are still shown."""
     try:
         return make(source)
     except Exception as error:
@@ -33,10 +33,10 @@ def either(make: Callable[[S], str], source: S) -> str:
 
 
 def escaped(text: object) -> str:
-    """Text in which nothing is markup, nor a formula.
+    """Text without markup or formulas.
 
-    A dollar sign or backslash gets an element of its own: MathJax and KaTeX look for delimiters within one text, and read them
-    however they are escaped.
+    Dollar signs and backslashes get elements of their own: MathJax and KaTeX look for delimiters within one text, and recognize
+    them however they are escaped.
     """
     return re.sub(r"[$\\]", lambda sign: f"<span>{sign[0]}</span>", html.escape(str(text)))
 
@@ -48,17 +48,17 @@ def listed(names: Sequence[str]) -> str:
 
 
 def plain(latex: str) -> str:
-    """LaTeX without < and >, on one line: some notebooks put it into the page as it is."""
+    """LaTeX without < and >, on one line, as some notebooks insert it into the page unchanged."""
     return " ".join(latex.replace("<", r"\lt ").replace(">", r"\gt ").split())
 
 
 def math(latex: str) -> str:
-    """A formula within text."""
+    """An inline formula."""
     return f"${html.escape(plain(latex), quote=False)}$"
 
 
 def display(latex: str) -> str:
-    """A formula on lines of its own, which scroll where they are wide."""
+    """A displayed formula, which scrolls if it is wide."""
     return '<div style="overflow-x:auto">' + math(r"\displaystyle " + latex) + "</div>"
 
 
@@ -68,17 +68,17 @@ def paragraph(content: str) -> str:
 
 
 def code(text: str) -> str:
-    """Names and signatures; nothing where there are none."""
+    """Names and signatures as code; "" for an empty text."""
     return f"<code>{escaped(text)}</code>" if text else ""
 
 
 def folded(summary: str, content: str) -> str:
-    """HTML to unfold; nothing where there is none."""
+    """Collapsed HTML; "" for empty content."""
     return f"<details><summary>{escaped(summary)}</summary>{content}</details>" if content else ""
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table: `head` is text, the cells are HTML. Nothing where there are no rows; columns that are empty are left out."""
+    """A table with text in `head` and HTML in cells, without empty columns; "" without rows."""
     if not rows:
         return ""
     kept = [k for k in range(len(head)) if any(row[k] for row in rows)]
@@ -90,41 +90,41 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _row(tag: str, cells: Sequence[str]) -> str:
-    # notebooks set tables flush right, by rules that only an attribute of the cell overrides
+    # style sheets of notebooks align cells right, which only a style attribute overrides
     return "<tr>" + "".join(f'<{tag} style="text-align:left">{c}</{tag}>' for c in cells) + "</tr>"
 
 
 NAMED = 60
-"""Operations beyond which whatever is shared gets a name."""
+"""Number of operations above which all shared expressions get names."""
 MOST = 2000
-"""Operations beyond which nothing is typeset."""
+"""Number of operations above which nothing is typeset."""
 TALL, WIDE = 20, 10
-"""Rows and columns beyond which a matrix is not typeset; ten columns are what LaTeX's bmatrix holds."""
+"""Numbers of rows and columns above which a matrix is not typeset; LaTeX's bmatrix has ten columns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Typeset:
-    """LaTeX without dollar signs, "" where it would be too long; and the operations it stands for."""
+    """LaTeX without dollar signs, "" if it would be too long; and its number of operations."""
 
     latex: str
     operations: int
 
     def dollars(self, what: str) -> str:
-        """What `_repr_latex_` returns; `what` begins the sentence that stands for a long formula."""
+        """The value of `_repr_latex_`; `what` begins the sentence that replaces a long formula."""
         if not self.latex:
             return f"{what} of {self.operations} operations, too long to typeset; print() shows it."
         return rf"$\displaystyle {plain(self.latex)}$"
 
     @property
     def cell(self) -> str:
-        """HTML within a table, which has no room for long formulas."""
+        """HTML within a table, with a sentence for long formulas."""
         return math(self.latex) if self.latex and self.operations <= NAMED else f"{self.operations} operations"
 
 
 def typeset(exprs: Sequence[Expr], body: Callable[[tuple[Tree, ...]], Sequence[str]], *, most: int = MOST) -> Typeset:
-    """The lines that `body` makes of the display trees of expressions, and below them the intermediates they share.
+    """The lines that `body` makes of expression trees, with their shared intermediates below.
 
-    Expressions of more than `most` operations together are not laid out at all.
+    Expressions with more than `most` operations in total are not processed.
     """
     operations = count_operations(exprs).total
     if operations > most:
@@ -135,7 +135,7 @@ def typeset(exprs: Sequence[Expr], body: Callable[[tuple[Tree, ...]], Sequence[s
 
 
 def lines(formulas: Sequence[str]) -> str:
-    """Formulas below each other, flush left; one alone stays as it is."""
+    """Formulas one below the other, flush left; a single one is unchanged."""
     if len(formulas) == 1:
         return formulas[0]
     below = r" \\ ".join(f"& {f}" for f in formulas)
@@ -148,7 +148,7 @@ def expression(expr: Expr) -> Typeset:
 
 
 def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Typeset:
-    """Equations left = expression below each other; `left` is LaTeX."""
+    """Equations left = expression one below the other; `left` is LaTeX."""
     return typeset(
         [e for _, e in named],
         lambda trees: [f"{left} = {LATEX.write(t)}" for (left, _), t in zip(named, trees, strict=True)],
@@ -157,20 +157,20 @@ def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Typeset
 
 
 def matrix(m: Matrix) -> Typeset:
-    """A matrix; "" where it is too large."""
+    """A matrix; "" if it is too large."""
     if m.shape[0] > TALL or m.shape[1] > WIDE:
         return Typeset("", count_operations(m.entries).total)
     return typeset(m.entries, lambda trees: [brackets(trees, m.shape)])
 
 
 def matrix_words(m: Matrix) -> str:
-    """How large a matrix is, for where it is not typeset."""
+    """The size of a matrix that is not typeset, in words."""
     filled = sum(x is not ZERO for x in m.entries)
     return f"{m.shape[0]} × {m.shape[1]} matrix with {filled} entries that are not zero"
 
 
 def brackets(trees: Sequence[Tree], shape: tuple[int, int]) -> str:
-    """Display trees in row-major order as a matrix."""
+    """Expression trees in row-major order as a matrix."""
     rows, columns = shape
     if not rows or not columns:
         return rf"\left[\;\right]_{{{rows} \times {columns}}}"
@@ -180,13 +180,13 @@ def brackets(trees: Sequence[Tree], shape: tuple[int, int]) -> str:
 
 
 def vector(v: Vector) -> Typeset:
-    """A vector, as it is written: along the axes of all its frames."""
+    """A vector as written, along the axes of its frames."""
     terms = _terms(v)
     return _along([x for x, _, _ in terms], [unit_vector_latex(f.name, axis) for _, f, axis in terms])
 
 
 def dyadic(d: Dyadic) -> Typeset:
-    """A dyadic multiplied out, a term for each pair of unit vectors."""
+    """A dyadic multiplied out, with a term for each pair of unit vectors."""
     terms: dict[tuple[Basis, str, Basis, str], Expr] = {}
     for a, b in d.dyads:
         for x, f, i in _terms(a):

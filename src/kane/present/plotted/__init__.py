@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `kn.plot` draws: motions as runs, their quantities as traces in panels, and the lines."""
+"""Plots by `kn.plot`: motions as runs, their quantities as traces in panels, and lines."""

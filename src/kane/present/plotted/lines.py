@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lines on matplotlib's axes, in the colours of the report, called by their names at their ends where these have room."""
+"""Lines on matplotlib's axes, in the colours of the report, with names at their ends if there is room."""
 
 import re
 from collections.abc import Sequence
@@ -14,17 +14,17 @@ from kane.present.plotted.traces import Panel, Trace
 from kane.units.rules import unit_text
 
 _LABELS, _LETTERS, _AXIS = 12, 72, 16
-"""Lines beyond which a panel has no legend; letters of a legend's width; letters beyond which a label is not beside anything."""
+"""Limits in lines and letters: lines of a legend, width of a legend, label beside an axis or a line."""
 _BESIDE, _APART, _AWAY = 6, 0.1, 0.2
-"""Lines that may have their names at their ends, what these take of a panel's height, and how far from its end a name may lie."""
+"""Most lines with names at their ends, height of a name and its largest displacement, as fractions of a panel."""
 ABOVE: dict[str, Any] = {"frameon": False, "loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0.1}
-"""Where legends are."""
+"""The position of legends."""
 _STYLES = ("-", "--", ":", "-.")
 _MODES = {"separated": "#e5e7eb", "closed": "#bfdbfe", "stick": "#93c5fd", "slip": "#fdba74"}
 
 
 def look(a: Axes) -> None:
-    """The look of the report's plots."""
+    """Apply the style of the report's plots."""
     a.set_prop_cycle(color=COLOURS)
     a.grid(True, linewidth=0.6, color="0.9")
     a.set_axisbelow(True)
@@ -34,7 +34,7 @@ def look(a: Axes) -> None:
 
 
 def draw(a: Axes, panel: Panel, runs: Sequence[str], beside: bool = True) -> None:
-    """The lines of a panel with their names. Several runs have colours of their own, and the quantities then styles of lines."""
+    """Draw the lines of a panel with their names. Several runs differ in colour, and then quantities in line style."""
     quantities = list(dict.fromkeys(trace.label for trace in panel.traces))
     several = len(runs) > 1
     shown = []
@@ -63,17 +63,17 @@ def draw(a: Axes, panel: Panel, runs: Sequence[str], beside: bool = True) -> Non
 
 
 def _name(trace: Trace, quantities: int) -> str:
-    """What the legend calls a line."""
+    """The name of a line in the legend."""
     return " · ".join(filter(None, (trace.label if quantities > 1 or not trace.run else "", trace.run)))
 
 
 def _letters(label: str) -> int:
-    """How many letters wide a label is, about."""
+    """The approximate width of a label in letters."""
     return len(re.sub(r"\\[a-z]+", "x", label).translate(str.maketrans("", "", "${}_^\\")))
 
 
 def _axes(a: Axes, panel: Panel, quantities: Sequence[str]) -> None:
-    """Names and units on the axes: a quantity's name where it is the only one."""
+    """Write names and units on the axes; a quantity's name if it is the only one."""
     if panel.across:
         sides = [[trace.x for trace in panel.traces], [trace.y for trace in panel.traces]]
         puts: tuple[Any, ...] = (a.set_xlabel, a.set_ylabel)
@@ -94,14 +94,14 @@ def _with_units(name: str, units: Sequence[str]) -> str:
 
 
 def _ends(a: Axes, trace: Trace, colour: str) -> None:
-    """Start ○ and end ● of a path."""
+    """Draw start ○ and end ● of a path."""
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour}
     for k, face, label in ((0, "white", "_start"), (-1, colour, "_end")):
         a.plot(trace.x.values[[k]], trace.y.values[[k]], markerfacecolor=face, label=label, **dot)
 
 
 def _named_at_ends(a: Axes, shown: Sequence[tuple[Trace, str, str]]) -> bool:
-    """Write names beside the ends of lines, moved apart; False, and nothing, where they have no room."""
+    """Write names beside the ends of lines, moved apart; returns False, and writes nothing, if there is no room."""
     if not shown or len(shown) > _BESIDE or any(_letters(name) > _AXIS for _, _, name in shown):
         return False
     if len({float(trace.x.values[-1]) for trace, _, _ in shown}) > 1:  # they end at several places
@@ -120,7 +120,7 @@ def _named_at_ends(a: Axes, shown: Sequence[tuple[Trace, str, str]]) -> bool:
 
 
 def spread(wanted: Array, gap: float) -> Array:
-    """Places in [0, 1] in the order of those wanted, at least a gap apart, as near as need be (`wanted` in groups around its mean)."""
+    """Positions in [0, 1] in the order of `wanted`, at least `gap` apart, with least displacements in clusters."""
     order = np.argsort(wanted, kind="stable")
     groups: list[tuple[float, int]] = []
     for w in wanted[order].tolist():
@@ -145,7 +145,7 @@ def _legend(a: Axes, notes_only: bool = False) -> None:
 
 
 def draw_modes(a: Axes, rows: Sequence[tuple[str, Array, Any]]) -> None:
-    """What each contact does, one strip a contact: its name, the times and the words."""
+    """Draw the modes of each contact as a strip: its name, times and words."""
     used: dict[str, None] = {}
     for k, (name, t, words) in enumerate(rows):
         begins = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist()]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `plot` draws of: one or several motions by their names, and passages of a section; and a motion with more samples between."""
+"""The motions that `plot` draws, with their names, section points, and motions with added samples."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,18 +17,18 @@ from kane.numeric.arrays import Array
 R = TypeVar("R")
 
 _MOST = 4000
-"""Samples that are drawn of a motion at most, where it has not more of its own."""
+"""Largest number of samples drawn, unless the motion itself has more."""
 _BEND = 0.003
-"""Share of a panel by which a sample may lie beside the line through its neighbours: at half the distance a corner is not seen."""
+"""Largest deviation of a sample from the line through its neighbours, as a fraction of a panel; half of it shows no corner."""
 _FEW = 9
-"""Samples of which no more can be said than that they are few."""
+"""Number of samples below which the deviation cannot be estimated."""
 _ROUNDS = 2
-"""Few samples do not tell how much they miss: it is asked once more."""
+"""Number of refinements, as the first estimate from few samples is inaccurate."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlottedRun:
-    """One motion, or passages of a section, with what the legend calls it ("" where it is the only one)."""
+    """A motion or section points, with its name in the legend ("" if it is the only one)."""
 
     name: str
     motion: Solution | SectionPoints
@@ -36,27 +36,27 @@ class PlottedRun:
 
     @property
     def equations(self) -> Equations:
-        """Those of the motion."""
+        """The equations of the motion."""
         return self.motion.equations
 
     @property
     def t(self) -> Array:
-        """Times of what is drawn."""
+        """The times of the samples."""
         return self.motion.t
 
     @property
     def line(self) -> str:
-        """matplotlib's style of its lines: passages have none."""
+        """The line style in matplotlib; section points have none."""
         return "none" if isinstance(self.motion, SectionPoints) else "-"
 
 
 def runs_of(solution: Any) -> list[PlottedRun]:
-    """Motions one by one: of one, of a list, of a mapping from labels.
+    """The runs for one motion, a list, or a mapping from labels.
 
     Raises
     ------
     ArgumentError
-        if it is none, or there is none in it
+        if an item is not a motion, or there is none
     """
     if isinstance(solution, Mapping):
         named = [(str(label), motion) for label, motion in solution.items()]
@@ -79,7 +79,7 @@ def runs_of(solution: Any) -> list[PlottedRun]:
 def smooth(
     run: PlottedRun, read: Callable[[PlottedRun], R], curves: Callable[[R], Sequence[Array]]
 ) -> tuple[PlottedRun, R]:
-    """The run with samples enough that none of the curves of what is read has corners to be seen, and what is read of it."""
+    """The run with enough samples that curves show no corners, and the result of `read` for it; `curves` extracts them."""
     fine, found, parts = run, read(run), 1
     for _ in range(_ROUNDS):
         more = _pieces(fine, curves(found))
@@ -92,7 +92,7 @@ def smooth(
 
 
 def _pieces(run: PlottedRun, curves: Sequence[Array]) -> int:
-    """Into how many pieces each step between samples is to be cut, so that none of the curves has corners to be seen."""
+    """Number of pieces into which each step between samples is to be divided so that curves show no corners."""
     if run.dotted or len(run.t) < 2 or not curves:
         return 1
     own = run.motion.phase if isinstance(run.motion, Solution) else np.zeros(len(run.t), dtype=np.int64)
@@ -103,7 +103,7 @@ def _pieces(run: PlottedRun, curves: Sequence[Array]) -> int:
 
 
 def bend(t: Array, phase: Indices, values: Array) -> float:
-    """The furthest that a sample lies beside the line through its neighbours of the same phase, as a share of all values' range."""
+    """Largest distance of a sample from the line through its neighbours of the same phase, relative to the range of all values."""
     before, after = np.diff(t)[:-1], np.diff(t)[1:]
     inside = (
         (phase[2:] == phase[:-2]) & (before > 0) & (after > 0) & np.isfinite(values[2:] + values[1:-1] + values[:-2])
@@ -117,9 +117,9 @@ def bend(t: Array, phase: Indices, values: Array) -> float:
 
 
 def _finer(run: PlottedRun, parts: int) -> PlottedRun:
-    """The motion with `parts` − 1 more samples in each step, read off the integrator's polynomials.
+    """The motion with `parts` − 1 added samples in each step, from dense output.
 
-    Where these are not at hand, as of a motion from a file, its samples are drawn as dots on the line, to be seen as such.
+    Without dense output, as for a motion from a file, the samples are drawn as visible dots.
     """
     motion = run.motion
     assert isinstance(motion, Solution)

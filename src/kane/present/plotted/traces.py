@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Quantities of motions as lines with labels and units, and which of them share a panel."""
+"""Quantities of motions as lines with labels and units, and their grouping into panels."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,18 +23,18 @@ from kane.space.vector import Vector
 from kane.write.arrange import to_text
 
 _LETTERS = 48
-"""Letters beyond which a label is cut."""
+"""Number of letters at which a label is cut."""
 NOISE = 1e-12
-"""Share of the size of its terms below which a sum is what rounding leaves; or of a panel, which then shows nothing of it."""
+"""Relative size of rounding residues: of a sum beside its terms, or of a line in a panel, which cannot show it."""
 _FAINT = 1e-3
-"""Share of the absolute tolerance below which values of the state are what rounding leaves."""
+"""Fraction of the absolute tolerance below which values of the state are rounding residues."""
 _UNLIKE = 1e3
-"""Quantities of one unit that differ by more in size have panels of their own."""
+"""Ratio of sizes above which quantities of one unit have separate panels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Axis:
-    """What is drawn along an axis: its name, unit ("" where unknown) and values."""
+    """The data along an axis: name, unit ("" if unknown) and values."""
 
     label: str
     unit: str
@@ -43,9 +43,9 @@ class Axis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """One line: its quantity against the time or another one, and of which run it is.
+    """One line: a quantity against time or another quantity, for one run.
 
-    `note` says why it is not drawn, where it is not; `floor` is the size below which values are rounding errors.
+    `note` is the reason why it is not drawn, if any; `floor` is the size below which values are rounding errors.
     """
 
     y: Axis
@@ -59,13 +59,13 @@ class Trace:
 
     @property
     def size(self) -> float:
-        """The largest value."""
+        """The largest absolute value."""
         return largest(self.y.values)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panel:
-    """Lines that share axes; `across` tells that they are drawn against another quantity than the time."""
+    """Lines that share axes; `across` is true if they are drawn against another quantity than time."""
 
     title: str
     traces: tuple[Trace, ...]
@@ -77,7 +77,7 @@ Keyed = list[tuple[Any, Trace]]
 
 
 def largest(values: Array) -> float:
-    """The largest value, of those that are known."""
+    """The largest finite absolute value."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
@@ -93,7 +93,7 @@ def panels(runs: Sequence[PlottedRun], quantities: Sequence[Any]) -> list[Panel]
 
 
 def _smooth(run: PlottedRun, quantities: Sequence[Any]) -> Keyed:
-    """The lines of a run without corners: with samples between its own where these are too few."""
+    """The lines of a run, with samples added between its own if curves would have visible corners."""
 
     def curves(traces: Keyed) -> list[Array]:
         return [axis.values for _, trace in traces if not trace.note for axis in (trace.y, trace.x)]
@@ -103,7 +103,7 @@ def _smooth(run: PlottedRun, quantities: Sequence[Any]) -> Keyed:
 
 
 def _parted(trace: Trace, run: PlottedRun) -> Trace:
-    """A path with a gap where a phase of the motion begins: what jumps does not pass by the places between."""
+    """A path with gaps where phases of the motion begin, as no states between them occur."""
     if not isinstance(run.motion, Solution):
         return trace
     gaps = np.flatnonzero(np.diff(run.motion.phase)) + 1
@@ -134,7 +134,7 @@ def in_time(run: PlottedRun, axis: Axis, style: str) -> Trace:
 
 
 def energies(motion: Solution) -> tuple[tuple[str, Array, str], ...]:
-    """K, V, their sum, and what the sum would be without the loads that have no potential; with their styles of lines."""
+    """K, V, their sum, and the sum without the work of loads that have no potential; with line styles."""
     eom = motion.equations
     kinetic, potential, total = motion[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
     rows = (("K", kinetic), ("V", potential), ("E = K + V", total))
@@ -142,7 +142,7 @@ def energies(motion: Solution) -> tuple[tuple[str, Array, str], ...]:
 
 
 def _listed(title: str, run: PlottedRun, quantities: Iterable[Any]) -> Iterator[tuple[Any, Trace]]:
-    """Lines with the panels they belong to: of one unit together, one of unknown unit by itself, each (x, y) by itself."""
+    """Lines with the keys of their panels: one for each unit, one for each quantity of unknown unit, one for each (x, y)."""
     for k, what in enumerate(quantities):
         for j, (label, own) in enumerate(what.items() if isinstance(what, Mapping) else [("", what)]):
             if isinstance(own, tuple):
@@ -160,7 +160,7 @@ def _across(run: PlottedRun, pair: tuple[Any, ...], label: str) -> Trace:
 
 
 def readable(run: PlottedRun, what: Any) -> Axis:
-    """A quantity with one value, or a mapping of its label to it, along a motion; zeros where it is noise.
+    """A scalar quantity, or a mapping of its label to it, along a motion; noise is replaced by zeros.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def _axes(run: PlottedRun, what: Any, label: str) -> list[tuple[Axis, float]]:
     """A quantity, or the components of a vector, each with the size below which it is noise."""
     eom, motion = run.equations, run.motion
     if isinstance(motion, SectionPoints):
-        values = motion[what]  # before anything else: it says what is wrong with `what`
+        values = motion[what]  # first, as it raises errors for a wrong `what`
         (what,) = asked(eom.derived, what).roots
         return [(_axis(eom, what, label, values), 0.0)]
     if isinstance(what, str):
@@ -204,7 +204,7 @@ def _axis(eom: Any, e: Expr, label: str, values: Array) -> Axis:
 def _unit(eom: Any, e: Expr) -> str:
     try:
         return unit_in(eom.system, e)
-    except UnitError:  # what is drawn need not be a quantity of the model
+    except UnitError:  # expressions may have inconsistent units
         return ""
 
 
@@ -212,7 +212,7 @@ def _cut(text: str) -> str:
     return text if len(text) <= _LETTERS else text[: _LETTERS - 1] + "…"
 
 
-# What rounding leaves --------------------------------------------------------------------------------------------------------
+# Rounding residues -----------------------------------------------------------------------------------------------------------
 
 _SIZES: dict[Op, Callable[..., Any]] = {
     ADD: lambda a, b: a + b,
@@ -221,7 +221,7 @@ _SIZES: dict[Op, Callable[..., Any]] = {
     DIV: lambda a, b: a / b,
     NEG: lambda a: a,
 }
-"""The size of the terms of a node by those of its arguments; of others it is that of their values."""
+"""The size of the terms of a node from those of its arguments; other nodes have the size of their values."""
 
 
 def size_of_terms(e: Expr) -> Expr:
@@ -250,7 +250,7 @@ def _floor(motion: Solution, e: Expr) -> float:
 
 
 def judged(trace: Trace, floor: float) -> Trace:
-    """A line with a note instead of a line where all values are zero, or noise."""
+    """The trace, with a note instead of a line if all values are zero or noise."""
     size = trace.size
     if size > floor or not np.isfinite(trace.y.values).any():
         return replace(trace, floor=floor)
@@ -258,7 +258,7 @@ def judged(trace: Trace, floor: float) -> Trace:
 
 
 def _apart(key: Any, traces: Sequence[Trace]) -> Iterator[Panel]:
-    """The lines of a panel, those of unlike size apart; what is noise beside the largest is noted in its panel."""
+    """The lines of a panel, in separate panels if their sizes differ much; noise beside the largest becomes a note."""
     title = key[0]
     if key[1] is _ACROSS:
         yield Panel(title, tuple(traces), across=True)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What bodies look like where nobody says: the solids of their inertias, links between their points, what rolls, what slides.
+"""Default shapes of bodies: the solids of their inertias, links between their points, round edges, guides of sliders.
 
-A point belongs to a body where it is reached from the mass centre by steps that are constant in the body's frame.
+A point belongs to a body if a chain of offsets that are constant in the body's frame leads to it from the mass centre.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
 _STATIONS = 16
-"""Lengths that a beam's axis is drawn by."""
+"""Segments of a beam's axis in drawings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Round:
-    """What rolls on its edge: a sphere without an axis, a disk with one."""
+    """A body that rolls on its edge: a sphere without an axis, a disk with one."""
 
     center: Point
     radius: Vector
@@ -38,7 +38,7 @@ class Round:
 
 
 def family(system: System) -> dict[Point, list[Point]]:
-    """The points born from each point, but those within beams."""
+    """The children of each point, without points of beams."""
     children: dict[Point, list[Point]] = {}
     within = of_beams(system)
     for p in system.points:
@@ -48,7 +48,7 @@ def family(system: System) -> dict[Point, list[Point]]:
 
 
 def of_beams(system: System) -> tuple[str, ...]:
-    """What the names of points within beams begin with."""
+    """Prefixes of the names of points of beams."""
     return tuple(f"{b.name} " for b in system.bodies if isinstance(b, Beam))
 
 
@@ -73,7 +73,7 @@ def _rides(step: Vector, frame: Frame) -> bool:
 
 
 def rounds(system: System) -> dict[Frame, Round]:
-    """The bodies that touch something on an edge, by their frames."""
+    """Bodies that roll on an edge, by their frames."""
     centers = {b.frame: b.mass_center for b in system.rigid_bodies}
     result: dict[Frame, Round] = {}
     for particle, normal in touching(system):
@@ -89,7 +89,7 @@ def rounds(system: System) -> dict[Frame, Round]:
 
 
 def touching(system: System) -> Iterator[tuple[Point, Vector]]:
-    """The particles that touch planes or other bodies, with the normals there."""
+    """Particles in contact with planes or other bodies, with the normals."""
     for law in system.contacts:
         if law.place is not None:
             yield law.place.particle, law.place.normal
@@ -104,14 +104,14 @@ def touching(system: System) -> Iterator[tuple[Point, Vector]]:
 
 
 def upward(system: System) -> Vector:
-    """The direction against gravity, the inertial frame's third without any."""
+    """The direction opposite to gravity, or the third axis of the inertial frame without gravity."""
     for g in system.gravities:
         return -g.acceleration.normalized()
     return system.inertial.z
 
 
 def _round(frame: Frame, center: Point, reach: Vector, normal: Vector) -> Round | None:
-    """A sphere where the way to the contact is along the normal, a disk where it stays across an axis of the body."""
+    """A sphere if the vector to the contact is along the normal, a disk if it stays normal to an axis of the body; else None."""
     if is_constant_in_time(reach.components(frame)):
         return None
     size, along_normal = reach.dot(reach), reach.dot(normal)
@@ -128,7 +128,7 @@ def _round(frame: Frame, center: Point, reach: Vector, normal: Vector) -> Round 
 
 
 def body_items(system: System, into: Quantities, declared: set[str]) -> Iterator[Item]:
-    """The shapes of all bodies but those that have declared ones."""
+    """The shapes of all bodies without declared ones."""
     children, edges = family(system), rounds(system)
     for body in system.bodies:
         if body.name in declared:
@@ -176,7 +176,7 @@ def _rigid(
 
 
 def _arms(body: RigidBody, own: list[Point], into: Quantities) -> Iterator[Item]:
-    """Thin lines to the points of a solid that lie apart from its middle."""
+    """Thin lines to the points of a solid that are away from its centre."""
     for p in own[1:]:
         if p.body is None:
             yield Item("arm", body.name, "body", points=(into.position(body.mass_center), into.position(p)))
@@ -191,7 +191,7 @@ def _edge_item(body: RigidBody, edge: Round, into: Quantities) -> Item:
 
 
 def _mirrored(body: RigidBody, corners: list[Point], into: Quantities) -> Item:
-    """The hull of the corners that touch something, and of their images on the other side of the mass centre."""
+    """The convex hull of the corners in contact, and of their mirror images with respect to the mass centre."""
     center = into.place(body.mass_center)
     steps = [into.place(p) - center for p in corners]
     places = distinct(into.at(center + v * sign) for sign in (1, -1) for v in steps)
@@ -199,14 +199,14 @@ def _mirrored(body: RigidBody, corners: list[Point], into: Quantities) -> Item:
 
 
 def _particle(system: System, body: Particle, into: Quantities) -> Item:
-    """A ball, or a block where something holds it on a straight line."""
+    """A ball, or a block if the particle is guided along a straight line."""
     p = body.point
     at = into.position(p)
     carriers = {b.frame for b in system.rigid_bodies}
     for law in system.contacts:
         place = law.place
         if place is not None and place.particle.body in carriers and place.particle.parent is p:
-            continue  # what touches is the body about the particle
+            continue  # the body around the particle is in contact, not the particle
         for touch in (place.particle, place.ground) if place is not None else ():
             if touch is not None and touch is not p and touch.parent is p and not touch.offset.is_zero and touch.body:
                 sizes = {"radius": into.scalar(touch.offset.magnitude())}
@@ -222,7 +222,7 @@ def _particle(system: System, body: Particle, into: Quantities) -> Item:
 
 
 def _guided(system: System, p: Point, into: Quantities) -> Vector | None:
-    """The direction that a particle moves along, where its one coordinate shifts it straight, and not as it would fall."""
+    """The direction of a particle whose one coordinate displaces it along a straight line that is not vertical; None for others."""
     moving = [s for s in free_symbols(_chain(p)) if isinstance(s, Coordinate)]
     if len(moving) != 1:
         return None
@@ -243,7 +243,7 @@ def _chain(p: Point) -> list[Expr]:
 
 
 def holding_items(system: System, into: Quantities) -> Iterator[Item]:
-    """Massless rods of constraints, ropes of contacts, and rods that lead to particles in turning frames."""
+    """Massless rods of constraints, ropes of contacts, and rods to particles in rotating frames."""
     for c in system.constraints:
         if c.kind == "configuration" and _is_rod(c):
             yield Item("bar", c.name, "constraint", points=tuple(into.position(p) for p, _ in c.forces))
@@ -259,7 +259,7 @@ def holding_items(system: System, into: Quantities) -> Iterator[Item]:
 
 
 def _is_rod(c: Constraint) -> bool:
-    """Whether two points are held at a distance: the force is along the line between them."""
+    """Whether a constraint keeps two points at a distance: its force is along the line between them."""
     if len(c.forces) != 2:
         return False
     (p, v), (q, _) = c.forces
@@ -268,7 +268,7 @@ def _is_rod(c: Constraint) -> bool:
 
 
 def _rods(system: System, into: Quantities) -> Iterator[Item]:
-    """From a point to one that is born at a constant place of a turning frame, where no body leads there."""
+    """Rods from a point to one at a constant offset in a rotating frame, unless a body connects them."""
     frames, within = {b.frame for b in system.rigid_bodies}, of_beams(system)
     covered = {edge.center for edge in rounds(system).values()} | {
         b.mass_center for b in system.rigid_bodies if isinstance(b.inertia, Inertia) and b.inertia.shape.kind != "rod"
@@ -293,7 +293,7 @@ def _scalars(frame: Frame) -> list[Expr]:
 
 
 def ground_items(system: System, into: Quantities) -> Iterator[Item]:
-    """The planes that bodies roll and slide on, once each."""
+    """The planes on which bodies roll and slide, once each."""
     seen: set[tuple[object, ...]] = set()
     gaps = {law.place.particle: law.place.height.expr for law in system.contacts if law.place is not None and law.gap}
     for particle, normal in touching(system):
@@ -303,7 +303,7 @@ def ground_items(system: System, into: Quantities) -> Iterator[Item]:
         at = into.place(particle) - normal * gaps.get(particle, ZERO)
         levels = [sample([normal.dot(at)], seed)[0] for seed in SEEDS[:2]]
         if particle in gaps and abs(levels[0] - levels[1]) > DECLARED * max(map(abs, levels)):
-            continue  # it is the top of a body that moves
+            continue  # the plane is a face of a moving body
         key = (home, level, normal.dot(at) if particle in gaps else None)
         if key not in seen:
             seen.add(key)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`scene`: everything that can be seen of a system, gathered from what it declares."""
+"""`scene`: all that can be drawn of a system, from its declarations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kane.present.scene.shapes import BodyShape, declared_item, shapes_of
 from kane.space.frame import Frame, Point
 
 _MANY = 3
-"""Bodies beyond which only the inertial frame's axes are shown."""
+"""Number of bodies beyond which only the axes of the inertial frame are shown."""
 
 
 def scene(system: System | Equations, shapes: Iterable[BodyShape] = ()) -> Scene:
@@ -54,7 +54,7 @@ def scene(system: System | Equations, shapes: Iterable[BodyShape] = ()) -> Scene
 
 
 def system_of(given: Any) -> System:
-    """The system itself, or that of equations."""
+    """The system, given as such or by its equations."""
     if isinstance(given, Equations):
         return given.system
     return expect.instance(given, System, "a kn.System or its Equations to draw", error=ArgumentError)
@@ -69,7 +69,7 @@ def _items(system: System, told: tuple[BodyShape, ...], into: Quantities) -> Ite
 
 
 def _marks(system: System, into: Quantities) -> Iterator[Mark]:
-    """The points with names of their own, the first of those at one place."""
+    """Points named by the user, the first of those at one position."""
     within, seen = of_beams(system), set[int]()
     for p in system.points:
         at = into.position(p)
@@ -80,7 +80,7 @@ def _marks(system: System, into: Quantities) -> Iterator[Mark]:
 
 
 def _triads(system: System, into: Quantities) -> Iterator[Triad]:
-    """The inertial frame's axes, and those of few bodies: where one spins about its own axis, those of what does not spin with it."""
+    """The axes of the inertial frame, and of bodies if they are few; for a body that spins about its axis, those without the spin."""
     origin = system.points[0].root() if system.points else None
     if origin is None:
         return
@@ -92,7 +92,7 @@ def _triads(system: System, into: Quantities) -> Iterator[Triad]:
     for beam in system.bodies:
         if isinstance(beam, Beam):
             shown.setdefault(beam.frame, beam.root)
-    for particle in system.bodies:  # of a bob on a rod without mass the frame of the rod
+    for particle in system.bodies:  # for a particle on a massless rod, the frame of the rod
         if isinstance(particle, Particle):
             turned = [f for f, _ in particle.point.offset.parts if isinstance(f, Frame) and f is not system.inertial]
             shown.update({f: particle.point for f in turned[:1] if f not in shown})
@@ -103,7 +103,7 @@ def _triads(system: System, into: Quantities) -> Iterator[Triad]:
 
 
 def _despun(system: System, frame: Frame) -> Frame:
-    """The frame in which a body spins, where the speeds are written along its axes and not along the body's."""
+    """The frame in which a body spins, if speeds are written along its axes instead of the body's."""
     o = frame.orientation
     used = {f for f in system.frames if any(f in dict(p.offset.parts) for p in system.points)}
     if o is not None and o.axis is not None and isinstance(o.base, Frame) and frame not in used and o.base in used:
@@ -112,7 +112,7 @@ def _despun(system: System, frame: Frame) -> Frame:
 
 
 def _lengths(system: System, into: Quantities) -> Iterator[tuple[str, int, int]]:
-    """Ways between points that are one parameter long, once each: its name, from where, to where."""
+    """Distances between points equal to one parameter, once each: its name, the indices of both points."""
     seen: set[str] = set()
     for p in system.points:
         numbers = [x for x in p.offset.scalars() if x is not ZERO]

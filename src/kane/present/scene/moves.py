@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What coordinates move: which turns, which shifts, where it is seen; and the loads at their places.
+"""The effects of coordinates in a drawing, rotations and displacements; and loads at their points.
 
-A coordinate in the angle of a frame is a turn about its axis, seen where the frame's first point is built; one in the place of a point
-is a shift along the way that the point goes as it grows from zero, the coordinates behind it still zero.
+A coordinate in the angle of a frame is a rotation about its axis, shown at the frame's first point; one in the offset of a point is a
+displacement along the path of the point as the coordinate grows from zero, with the following coordinates still zero.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from kane.space.vector import Vector
 from kane.write.arrange import to_text
 
 _WAYS = 8
-"""Steps of a way that is not straight."""
+"""Segments of a curved path."""
 _CONTACTS = 6
-"""Contacts at most of which the forces are shown."""
+"""Largest number of contacts for which forces are shown."""
 _SHORT = 16
-"""Letters of a load that is written out; a longer one has its name."""
+"""Largest number of letters of a load's expression in a label; a longer one is replaced by its name."""
 
 
 def movements(system: System, into: Quantities) -> Iterator[Movement]:
-    """One movement for each coordinate, or for several that move together."""
+    """A movement for each coordinate, or for several that move together."""
     left = dict.fromkeys(system.coordinates)
     for beam in (b for b in system.bodies if isinstance(b, Beam)):
         own = [q for q in beam.coordinates if q in left]
@@ -81,7 +81,7 @@ def _turn(system: System, q: Coordinate, into: Quantities) -> Movement | None:
 
 
 def turned_by(system: System, q: Coordinate) -> Frame | None:
-    """The frame whose angle is the coordinate, or holds it beside the fewest others."""
+    """The frame whose angle is the coordinate, or contains it with the fewest others."""
     found: list[tuple[int, int, Frame]] = []
     for k, f in enumerate(system.frames):
         angle = f.orientation.angle if f.orientation is not None else None
@@ -94,7 +94,7 @@ def turned_by(system: System, q: Coordinate) -> Frame | None:
 
 
 def center_of(system: System, frame: Frame) -> Point:
-    """Where a frame turns: at its joint, where its first point is built, at the mass centre of its body; else where its child's is."""
+    """The point at which a frame's rotation is shown: its joint, its first point, its body's mass centre, or that of a child."""
     for j in system.joints:
         if j.frame is frame:
             return j.point
@@ -114,7 +114,7 @@ def center_of(system: System, frame: Frame) -> Point:
 
 
 def _hand(system: System, frame: Frame, center: Point, axis: Vector, o: Orientation) -> Vector:
-    """What is seen to turn: the way to a point of the frame, across the axis, else an axis of the frame."""
+    """A vector that shows a rotation: to a point of the frame, perpendicular to the axis, or else an axis of the frame."""
     for p in system.points:
         own = dict(p.offset.parts).get(frame)
         if p.parent is center and own is not None and p.body is None:
@@ -141,12 +141,12 @@ def _shift(system: System, q: Coordinate, into: Quantities) -> Movement | None:
 
 
 def _moving(e: Expr) -> Expr:
-    """A measure number that coordinates change; zero in the place of others."""
+    """A measure number that depends on coordinates; zero for others."""
     return e if any(isinstance(s, Coordinate) for s in free_symbols([e])) else ZERO
 
 
 def _behind(system: System, p: Point, q: Coordinate) -> list[Expr]:
-    """The coordinates of a point's offset that come after `q` and turn no frame."""
+    """The coordinates of a point's offset that follow `q` and rotate no frame."""
     among = set(free_symbols(p.offset.scalars()))
     own = [s for s in system.coordinates if s in among]
     place = next(k for k, s in enumerate(own) if s is q)
@@ -165,7 +165,7 @@ def load_items(system: System, into: Quantities) -> Iterator[Item]:
 
 
 def between(load: Load) -> str:
-    """What a load between two points is: a spring has a potential, a damper depends on rates."""
+    """The kind of a load between two points: a spring has a potential, a damper depends on rates; "" for others."""
     if len(load.forces) != 2 or load.torques or load.slip is not None or load.scalar is not None:
         return ""
     (p, v), (_, w) = load.forces
@@ -177,7 +177,7 @@ def between(load: Load) -> str:
 
 
 def actions(system: System, into: Quantities) -> Iterator[Action]:
-    """Gravity, forces and torques, and reactions where they are few."""
+    """Gravity, forces and torques, and reactions if they are few."""
     parts = [part for b in system.bodies for part in b.parts()]
     for g in system.gravities:
         at = into.position(parts[0].mass_center)
@@ -201,7 +201,7 @@ def actions(system: System, into: Quantities) -> Iterator[Action]:
 
 
 def _touching(system: System, into: Quantities) -> Iterator[Action]:
-    """N along the normal, and friction, of contacts where they are few: on the first of both that touch."""
+    """Normal and friction forces of contacts if these are few, on the first body of each."""
     for law in system.contacts if len(system.contacts) <= _CONTACTS else ():
         normal = law.normal_force
         cut = None if normal is None else cut_of(normal)
@@ -218,14 +218,14 @@ def _touching(system: System, into: Quantities) -> Iterator[Action]:
 
 
 def _label(load: Load, v: Vector) -> str:
-    """A force written out where that is short, else its name."""
+    """The expression of a force if it is short, else its name."""
     size = _factor(v)
     text = "" if size is None else to_text(size)
     return text if text and len(text) <= _SHORT and not any(c in text for c in "+/(") else load.name
 
 
 def _factor(v: Vector) -> Expr | None:
-    """The one measure number of a vector, without its sign."""
+    """The only nonzero measure number of a vector, without its sign; None if there are several."""
     numbers = [x for _, triple in v.parts for x in triple if x is not ZERO]
     if len(numbers) != 1:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The records of a scene. Each refers by number to positions, axes, directions and lengths, which one routine gives at a state."""
+"""The records of a scene, which refer by index to positions, axes, directions and lengths evaluated at a state by one routine."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from kane.write.arrange import to_text
 
 @dataclass(frozen=True, slots=True)
 class Item(Immutable):
-    """Something with a shape.
+    """An object with a shape.
 
-    `sizes` are numbers of scalars by name, `at` that of its middle, `frame` that of its axes (of a body of revolution the third is
-    its axis), `points` those of what leads from point to point. `role` says what it is: a body, the ground, a load, a constraint.
+    `sizes` are indices of scalars by name, `at` that of the position of its centre, `frame` that of its axes (for a body of
+    revolution the third is its axis), `points` those of points that it connects. `role` is "body", "ground", "load" or "constraint".
     """
 
     kind: str
@@ -42,11 +42,11 @@ class Item(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class Movement(Immutable):
-    """What coordinates move, and how.
+    """The effect of coordinates.
 
     A "turn" is about the direction `axis` through the first of `points`, by the scalar `sweep`, and ends along `direction`; a
-    "shift" leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points, from where
-    it would be. "none" moves nothing that has a place.
+    "shift" leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points from the
+    undeformed position. "none" has no visible effect.
     """
 
     kind: str
@@ -60,9 +60,9 @@ class Movement(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class Action(Immutable):
-    """A force or torque along a direction, at a point; `label` is what it is called in the drawing.
+    """A force or torque along a direction, at a point, with its `label` in the drawing.
 
-    "gravity" is the acceleration; a "contact" exerts its force along the motion alone, and no drawing of a state shows it.
+    "gravity" is the acceleration; the force of a "contact" is known only along a motion, so that drawings of a state omit it.
     """
 
     kind: str
@@ -74,7 +74,7 @@ class Action(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class Mark(Immutable):
-    """A point with a name; `fixed` in the inertial frame."""
+    """A named point; `fixed` in the inertial frame."""
 
     name: str
     at: int
@@ -93,7 +93,7 @@ class Triad(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posed:
-    """Values at a state, or at several along the first axes: positions (… × n × 3), rotations (… × n × 3 × 3), directions, scalars.
+    """Values at one state or many (leading axes): positions (… × n × 3), rotations (… × n × 3 × 3), directions, scalars.
 
     The columns of a rotation are the unit vectors of the axes, along those of the inertial frame.
     """
@@ -141,7 +141,7 @@ class Scene(Immutable):
 
     @property
     def seen(self) -> list[int]:
-        """The numbers of the positions of what has a size of its own: of all items but planes."""
+        """Indices of the positions of all items except planes, which have no size of their own."""
         items = [item for item in self.items if item.kind != "plane"]
         return sorted({k for item in items for k in (item.at, *item.points) if k is not None})
 
@@ -178,7 +178,7 @@ _RECORDS = ("items", "movements", "actions", "marks", "triads")
 
 
 def against_gravity(scene: Scene, directions: Array, otherwise: Array) -> Array:
-    """Against gravity as the directions of a pose tell it, else the way that is given."""
+    """The direction opposite to gravity in a pose, or `otherwise` without gravity."""
     for a in scene.actions:
         g = directions[a.direction]
         if a.kind == "gravity" and (size := np.linalg.norm(g)) > 0:
@@ -187,7 +187,7 @@ def against_gravity(scene: Scene, directions: Array, otherwise: Array) -> Array:
 
 
 class Quantities:
-    """Positions, axes, directions and scalars as they are asked for, each once."""
+    """Tables of positions, axes, directions and scalars, in which each quantity is entered once."""
 
     def __init__(self, inertial: Frame) -> None:
         self.inertial = inertial
@@ -204,32 +204,32 @@ class Quantities:
         return self._places[point]
 
     def position(self, point: Point, more: Vector | None = None) -> int:
-        """The number of a point's position, or of one at `more` from it."""
+        """The index of a point's position, or of one at the vector `more` from it."""
         return self.at(self.place(point) + (more or Vector()))
 
     def at(self, place: Vector) -> int:
-        """The number of a position."""
+        """The index of a position."""
         return _number(self.positions, place.components(self.inertial))
 
     def axes(self, x: Vector, y: Vector, z: Vector) -> int:
-        """The number of three axes."""
+        """The index of three axes."""
         a, b, c = (v.components(self.inertial) for v in (x, y, z))
         return _number(self.rotations, (a, b, c))
 
     def frame(self, frame: Frame) -> int:
-        """The number of a frame's axes."""
+        """The index of a frame's axes."""
         return self.axes(frame.x, frame.y, frame.z)
 
     def direction(self, v: Vector) -> int:
-        """The number of a direction, of any length."""
+        """The index of a direction, a vector of any length."""
         return _number(self.directions, v.components(self.inertial))
 
     def scalar(self, e: Expr) -> int:
-        """The number of a scalar."""
+        """The index of a scalar."""
         return _number(self.scalars, e)
 
     def tables(self) -> tuple[Any, ...]:
-        """All of them, in order, and the routine."""
+        """All tables, in order, and the routine that evaluates them."""
         tables = (tuple(self.positions), tuple(self.rotations), tuple(self.directions), tuple(self.scalars))
         return (*tables, Walk(row_of(*tables) or [ZERO]))
 
@@ -240,7 +240,7 @@ def row_of(
     directions: Sequence[Triple],
     scalars: Sequence[Expr],
 ) -> list[Expr]:
-    """All numbers in one row: positions, the axes of frames, directions, scalars."""
+    """All expressions in one row: positions, the axes of frames, directions, scalars."""
     vectors = [*positions, *(v for axes in rotations for v in axes), *directions]
     return [*(x for v in vectors for x in v), *scalars]
 
@@ -250,5 +250,5 @@ def _number(table: dict[Any, int], entry: Any) -> int:
 
 
 def distinct(points: Iterable[int]) -> tuple[int, ...]:
-    """Numbers in order, each once."""
+    """Indices in order, each once."""
     return tuple(dict.fromkeys(points))

@@ -32,7 +32,7 @@ def link_shapes(model: Imported) -> list[BodyShape]:
     Raises
     ------
     ArgumentError
-        if it is no imported model
+        if `model` is not an imported model
     """
     cure = "kn.from_urdf and kn.from_mjcf give one."
     expect.instance(model, Imported, "the model of an imported robot", cure, error=ArgumentError)
@@ -50,7 +50,7 @@ def link_shapes(model: Imported) -> list[BodyShape]:
 
 
 def _is_there(s: LinkShape) -> bool:
-    """Whether there is something to draw: a mesh needs its file, in metres."""
+    """Whether a shape can be drawn: a mesh needs its file, in metres."""
     if s.kind != "mesh":
         return len(s.size) == len(KINDS[s.kind])
     return s.size in ((), (1.0, 1.0, 1.0)) and Path(s.file).suffix.lower() in MESHES and Path(s.file).is_file()

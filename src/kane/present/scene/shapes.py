@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shapes: declared beside a system, or read from the solids of inertias. None changes an equation."""
+"""Shapes of bodies: declared, or taken from the solids of inertias. They do not affect equations."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ KINDS: dict[str, tuple[str, ...]] = {
     "plane": (),
     "mesh": (),
 }
-"""The sizes of each kind of shape."""
+"""The names of the sizes of each kind of shape."""
 MESHES = (".stl", ".obj")
-"""Endings of the files of meshes."""
+"""Endings of mesh files."""
 _FROM_POINTS = ("link", "spring", "damper", "rope")
 _SOLIDS = {
     "thin disk": "disk",
@@ -63,7 +63,7 @@ _SOLIDS = {
     "circular arc": "arc",
     **{kind: kind for kind in ("ring", "rod", "torus", "frustum", "hemisphere", "box", "ellipsoid")},
 }
-"""What the solids of `kn.solids` look like."""
+"""The kind of shape for each solid of `kn.solids`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,7 +140,7 @@ def shape(
 
 
 def shapes_of(given: Iterable[BodyShape]) -> tuple[BodyShape, ...]:
-    """Declared shapes, as arguments have them."""
+    """Declared shapes, checked."""
     return expect.instances(given, BodyShape, "shapes= as shapes of kn.figures.shape", "Write [kn.figures.shape(…)].")
 
 
@@ -159,7 +159,7 @@ def declared_item(s: BodyShape, into: Quantities) -> Item:
 
 
 def along(into: Quantities, frame: Frame, axis: Vector, towards: Vector | None = None) -> int:
-    """Axes of which the third is `axis`, and the first `towards`, or a turn of the frame's."""
+    """The index of axes with `axis` third and `towards` first, by default axes of the frame permuted."""
     own = (frame.x, frame.y, frame.z)
     if towards is not None:
         return into.axes(towards, axis.cross(towards), axis)
@@ -172,7 +172,7 @@ def along(into: Quantities, frame: Frame, axis: Vector, towards: Vector | None =
 
 
 def solid_item(body: RigidBody, into: Quantities) -> Item | None:
-    """What the solid of a body's inertia looks like; None where it is that of none."""
+    """The item for the solid of a body's inertia; None for an inertia that is not that of a solid."""
     solid = body.inertia.shape if isinstance(body.inertia, Inertia) else None
     kind = None if solid is None else _SOLIDS.get(solid.kind)
     if solid is None or kind is None:
@@ -185,7 +185,7 @@ def solid_item(body: RigidBody, into: Quantities) -> Item | None:
 
 
 def ellipsoid_item(body: RigidBody, into: Quantities) -> Item:
-    """The uniform ellipsoid of a body's mass and inertia along its axes: a² = 5 (I_yy + I_zz − I_xx)/(2 m), not below zero."""
+    """The uniform ellipsoid with a body's mass and inertia along its axes: a² = max(0, 5 (I_yy + I_zz − I_xx)/(2 m))."""
     own = body.inertia.frames()
     frame = own[0] if len(own) == 1 and isinstance(own[0], Frame) else body.frame
     rows = body.inertia.components(frame).rows

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies, ground and connections on the paper: faces, links with pins, springs, blocks, hatched supports."""
+"""Bodies, ground and connections in a sketch: faces, links with pins, springs, blocks, hatched supports."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from kane.present.sketch.paper import BLOCK, BODY, GROUND, LOAD, Paper, across, 
 _BALL = 8.0
 _LOOKS = {"inertia": "body soft", "disk": "body glass", "ring": "body glass"}
 _THIN = 5.0
-"""Pixels below which a box is a rod."""
+"""Width in pixels below which a box is drawn as a rod."""
 
 
 def draw_items(paper: Paper, scene: Scene, posed: Posed) -> None:
-    """All items; pins and supports where links meet or are held."""
+    """Draw all items, with pins and supports where links meet or are fixed."""
     arrange(paper, scene, posed)
     for item in scene.items:
         _DRAW.get(item.kind, _solid)(paper, item, posed)
@@ -60,7 +60,7 @@ def _solid(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
-    """Whether the body is a bar beyond its mass centre: as long as a uniform rod of its inertia is, where a link leads there."""
+    """Whether a body is drawn as a bar beyond its mass centre: a uniform rod of its inertia, if a link leads to it."""
     link = paper.links.get(item.name)
     axes = semi_axes(*(float(posed.scalars[n]) for n in item.sizes.values()))
     if link is None or item.at is None or not (paper.view.plane or np.sort(axes)[1] < 0.35 * axes.max()):
@@ -69,7 +69,7 @@ def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
     other = link[int(np.argmax(np.linalg.norm(link - center, axis=1)))]
     size = float(np.linalg.norm(center - other))
     reach = min(0.775 * float(axes.max()), 1.1 * size)
-    if not reach > 0.3 * size:  # nor where no link leads anywhere
+    if not reach > 0.3 * size:  # no link, or one that is long compared with the body
         return False
     ends = paper.at(np.array([other, center + (center - other) / size * reach]))
     _bar(paper, ends, paper.depth(cloud))
@@ -77,7 +77,7 @@ def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
 
 
 def _front(paper: Paper, line: Array, cloud: Array) -> Array:
-    """The half of a great circle that is seen."""
+    """The visible half of a great circle."""
     near = (line - cloud.mean(axis=0)) @ paper.view.toward > 0
     if near.all() or not near.any():
         return paper.at(line) if near.any() else np.zeros((0, 2))
@@ -112,7 +112,7 @@ def _area(border: Array) -> float:
 
 
 def _bar(paper: Paper, ends: Array, depth: float, size: str = "wide") -> None:
-    """A rod: its outline as a wide line, its face as a narrower one upon it."""
+    """Draw a rod: its outline as a wide line, its face as a narrower line on it."""
     paper.draw(ends, f"rod {size}", BODY, depth, weight=1.5)
     paper.draw(ends, f"rod {size} face", BODY, depth + 1e-9, weight=0.0)
 
@@ -123,7 +123,7 @@ def _rod(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _link(paper: Paper, item: Item, posed: Posed) -> None:
-    """A bar through points on a line, a plate where they are not."""
+    """Draw a bar through collinear points, or a plate."""
     places = posed.positions[list(item.points)]
     flat = paper.at(places)
     paper.links[item.name] = places
@@ -139,7 +139,7 @@ def _link(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _line(size: str) -> Callable[[Paper, Item, Posed], None]:
-    """A bar along the points."""
+    """A function that draws a bar along the points."""
 
     def drawn(paper: Paper, item: Item, posed: Posed) -> None:
         places = posed.positions[list(item.points)]
@@ -158,13 +158,13 @@ def _hull(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _at(item: Item, posed: Posed) -> Array:
-    """Where an item is that has a place."""
+    """The position of an item."""
     assert item.at is not None
     return np.asarray(posed.positions[item.at])
 
 
 def _along(item: Item, posed: Posed) -> Array:
-    """The direction of an item that has one."""
+    """The direction of an item."""
     assert item.direction is not None
     return np.asarray(posed.directions[item.direction])
 
@@ -179,7 +179,7 @@ def _particle(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _block(paper: Paper, item: Item, posed: Posed) -> None:
-    """What touches a plane, or slides along a guide: a block upon it."""
+    """Draw a block on the plane that it touches, or on the guide along which it slides."""
     place, seen = _at(item, posed), paper.pixel_direction(_along(item, posed))
     if np.hypot(*seen) < 0.3 or not paper.view.plane:
         _particle(paper, item, posed)
@@ -187,7 +187,7 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
     a, b = np.array(BLOCK) * paper.unit
     along = seen / np.hypot(*seen)
     middle = paper.at(place)
-    if item.kind == "block":  # it stands where it touches, and the way is the normal
+    if item.kind == "block":  # the position is the contact point, the direction the normal
         along, middle = across(along), middle + along * b
     side = across(along)
     paper.draw(_rectangle(middle, a * along, b * side), "body", BODY, paper.depth(place), closed=True)
@@ -197,7 +197,7 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _ball(paper: Paper, item: Item, posed: Posed) -> None:
-    """A ball that rests on the plane where it touches."""
+    """Draw a ball that rests on the plane that it touches."""
     up = paper.pixel_direction(_along(item, posed))
     radius = 1.4 * _BALL * paper.unit
     middle = paper.at(_at(item, posed)) + up * radius
@@ -205,7 +205,7 @@ def _ball(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
-    """A wheel or blade that does not slip along a direction, seen from above."""
+    """Draw a wheel or blade that does not slip along a direction, seen from above."""
     side = paper.pixel_direction(_along(item, posed))
     if not paper.view.plane or np.hypot(*side) < 0.5:
         return
@@ -216,7 +216,7 @@ def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
 def _plane(paper: Paper, item: Item, posed: Posed) -> None:
     place, normal = _at(item, posed), unit(_along(item, posed))
     seen = paper.pixel_direction(normal)
-    places = posed.positions - np.outer((posed.positions - place) @ normal, normal)  # dropped onto the plane
+    places = posed.positions - np.outer((posed.positions - place) @ normal, normal)  # projected onto the plane
     if paper.view.plane:
         if np.hypot(*seen) < 0.5:
             return  # seen from above, the paper is the ground
@@ -246,7 +246,7 @@ def _rope(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def _arm(paper: Paper, item: Item, posed: Posed) -> None:
-    """From what is nearest of a solid to a point that lies outside of it."""
+    """Draw a line from the nearest point of a solid to a point outside of it."""
     cloud, end = paper.solids.get(item.name), posed.positions[item.points[1]]
     if cloud is None:
         return
@@ -274,4 +274,4 @@ _DRAW: Mapping[str, Callable[[Paper, Item, Posed], None]] = {
     "rope": _rope,
     "pin": lambda *_: None,
 }
-"""How each kind is drawn that is no solid."""
+"""The drawing function of each kind of item that is not a solid."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The camera of a sketch: across the plane where a system moves in one, else the direction from which all is seen best.
+"""The camera of a sketch: normal to the plane of a planar system, or else the direction from which all is seen best.
 
-Orthographic. Azimuth and height are searched for the largest of the worst: how long axes and shifts look, how far axes of a frame are
-apart, how wide turns open, that disks are neither on edge nor flat; a little for a height of about 24°.
+The projection is orthographic. Azimuth and elevation maximize the least of several terms: apparent lengths of axes and displacements,
+separation of frame axes, opening of rotations, disks neither on edge nor flat; with a slight preference for an elevation of 24°.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ENOUGH = 0.55
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """Unit vectors to the right, up, and towards the eye; `plane` where the system moves across the last."""
+    """Unit vectors to the right, up, and towards the eye; `plane` is true if the system moves normal to the last."""
 
     right: Array
     up: Array
@@ -33,7 +33,7 @@ class View:
     plane: bool
 
     def flat(self, places: Array) -> Array:
-        """Places (… × 3) as seen: right and up (… × 2)."""
+        """Projected places (… × 3): right and up (… × 2)."""
         return np.stack([places @ self.right, places @ self.up], axis=-1)
 
 
@@ -52,7 +52,7 @@ def view_of(scene: Scene, pose: Pose) -> View:
 
 
 def _plane(scene: Scene, pose: Pose, up: Array) -> Array | None:
-    """The axis of the inertial frame across which everything moves; None where there is none."""
+    """The axis of the inertial frame that is normal to all motion; None if there is no such axis."""
     moved = {q: v + 0.37 + 0.11 * k for k, (q, v) in enumerate(pose.values.items())}
     one, other = pose.posed, scene.poses(moved)
     if _axial(scene, one):
@@ -69,7 +69,7 @@ def _plane(scene: Scene, pose: Pose, up: Array) -> Array | None:
 
 
 def _axial(scene: Scene, posed: Posed) -> bool:
-    """Whether several bodies turn at one place, which would hide each other."""
+    """Whether several bodies rotate at one place, so that they would hide each other."""
     bodies = [i for i in scene.items if i.role == "body"]
     places = {tuple(np.round(posed.positions[i.at], 9)) for i in bodies if i.at is not None}
     return len({i.name for i in bodies}) > 1 and len(places) == 1
@@ -92,7 +92,7 @@ def _searched(scene: Scene, pose: Pose, up: Array) -> View:
 
 
 def _worth(scene: Scene, pose: Pose, toward: Array, right: Array, above: Array) -> Array:
-    """The least of what is asked of each view, and a little of the mean."""
+    """The least of the terms for each view, with a small contribution of their mean."""
     posed, terms = pose.posed, [np.full(len(toward), _ENOUGH)]
 
     def across(d: Array) -> Array:
@@ -121,7 +121,7 @@ def _worth(scene: Scene, pose: Pose, toward: Array, right: Array, above: Array) 
 
 
 def _apart(scene: Scene, posed: Posed, right: Array, above: Array) -> Array:
-    """The least distance in the drawing of points that are apart, by the extent of all."""
+    """The least projected distance of distinct points, relative to the extent of all."""
     places = posed.positions[[m.at for m in scene.marks][:30]]
     i, k = np.triu_indices(len(places), 1)
     between = places[i] - places[k]
@@ -134,6 +134,6 @@ def _apart(scene: Scene, posed: Posed, right: Array, above: Array) -> Array:
 
 
 def unit(d: Array) -> Array:
-    """A direction of length one; of none, itself."""
+    """A direction scaled to unit length; a zero vector is returned unchanged."""
     size = float(np.linalg.norm(d))
     return d / size if size > 0 else d

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What connects bodies: springs and dampers, pins where links meet, supports and hatched ground."""
+"""Connections of bodies: springs and dampers, pins where links meet, supports and hatched ground."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _HATCH = 7.0
 
 
 def hatched(paper: Paper, a: Array, b: Array, down: Array) -> None:
-    """A line of the ground with short strokes below."""
+    """Draw a line of ground, hatched below."""
     paper.draw([a, b], "ground", GROUND, 0.0, weight=0.8)
     size = float(np.hypot(*(b - a)))
     along = (b - a) / max(size, 1e-9)
@@ -23,7 +23,7 @@ def hatched(paper: Paper, a: Array, b: Array, down: Array) -> None:
 
 
 def draw_spring(paper: Paper, item: Item, posed: Posed) -> None:
-    """A zigzag, or a cylinder with its piston, beside each other where there are both."""
+    """Draw a zigzag for a spring or a cylinder with piston for a damper, side by side if there are both."""
     a, b = paper.at(posed.positions[list(item.points[:2])]) + paper.lifts.get(item.name, np.zeros(2))
     size = float(np.hypot(*(b - a)))
     if size < 12:
@@ -57,7 +57,7 @@ def draw_spring(paper: Paper, item: Item, posed: Posed) -> None:
 
 
 def arrange(paper: Paper, scene: Scene, posed: Posed) -> None:
-    """Which springs stand beside others, and above the points of blocks; which points are held."""
+    """Determine which springs are drawn beside others and above blocks, and which points are fixed."""
     paper.held = {m.at for m in scene.marks if m.fixed}
     paper.blocks = {
         i.at for i in scene.items if i.kind in ("block", "slider") and i.at is not None and paper.view.plane
@@ -76,7 +76,7 @@ def arrange(paper: Paper, scene: Scene, posed: Posed) -> None:
 
 
 def draw_pins(paper: Paper, scene: Scene, posed: Posed) -> None:
-    """A small ring where two links meet, or a turn is about an end of one; hatched below where it is held by the ground."""
+    """Draw a ring where two links meet, or where a rotation is about the end of one; with a support if it is fixed to the ground."""
     if not paper.view.plane:
         return
     ends = _ends(scene, posed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`sketch`: a system drawn, with every coordinate labelled."""
+"""`sketch`: a drawing of a system, with labelled coordinates."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ from kane.units.rules import unit_text
 from kane.whole import exchange_marked, path_of
 
 WIDE, NARROW = 640, 330
-"""Widths at which sketches are read: on a desk, on a phone."""
+"""Widths of sketches for a desktop screen and for a phone."""
 _MARGIN = 50.0
 _FITS = 2
-"""Times that the scale is corrected by what was drawn: arrows and letters do not grow with it."""
+"""Number of corrections of the scale, as arrows and letters do not scale with the drawing."""
 _LEAST, _MOST = 240, 2000
 _MOST_INERTIA = 0.45
-"""Semi-axes of ellipsoids of inertia by the typical length, at most."""
+"""Largest semi-axes of ellipsoids of inertia, relative to the typical length."""
 MARKS = (b'class="kane-sketch"', b"/Creator (kane sketch)", b"Software\0kane sketch")
-"""What a sketch is known by."""
+"""Marks by which a sketch file is recognized."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sketch:
-    """A drawing as SVG, which notebooks show; `labels` are its texts with their boxes, `strokes` its lines, `scene` what is drawn."""
+    """A sketch as SVG, which notebooks display; `labels` are its texts with their boxes, `strokes` its lines, `scene` its source."""
 
     svg: str
     width: int
@@ -61,7 +61,7 @@ class Sketch:
         return self.svg
 
     def save(self, path: str | Path) -> Path:
-        """Write it as SVG, or PDF or PNG where the path ends so, to a file that a sketch alone may have before; return the path."""
+        """Write the sketch as SVG, PDF or PNG by the ending of the path, and return the path; only files of sketches are replaced."""
         target = path_of(path, 'sketch.save("system.svg")')
         known = target.suffix.lower() in ("", *FORMATS)
         expect.that(
@@ -78,11 +78,11 @@ class Sketch:
 
 
 FORMATS = (".svg", ".pdf", ".png")
-"""Endings of files that a sketch is written to."""
+"""Endings of sketch files."""
 
 
 def save(drawn: Sketch, path: Path) -> None:
-    """Write a sketch as the path's ending says."""
+    """Write a sketch in the format of the path's ending."""
     if path.suffix.lower() not in FORMATS[1:]:
         path.write_text(drawn.svg, encoding="utf-8")
         return
@@ -131,12 +131,12 @@ def sketch(
 
 
 def draw(scene: Scene, width: int, q: Any = None, title: str | None = None) -> Sketch:
-    """A scene drawn at one width."""
+    """The sketch of a scene with one width."""
     return next(iter(draw_each(scene, (width,), q, title)))
 
 
 def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | None = None) -> list[Sketch]:
-    """A scene drawn at several widths in one pose, from one place."""
+    """Sketches of a scene with several widths, in one pose and view."""
     pose = pose_of(scene, q)
     view = view_of(scene, pose)
     head = title or tr("Sketch of %(bodies)s", bodies=", ".join(b.name for b in scene.system.bodies))
@@ -152,7 +152,7 @@ def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | N
 
 
 def _paper(scene: Scene, posed: Posed, view: View, width: int, size: float) -> Paper:
-    """The paper with a scale at which everything fits between margins."""
+    """A drawing surface with a scale at which everything fits between margins."""
     limit = _MOST_INERTIA * size
     flat = view.flat(np.concatenate([_cloud(i, posed, limit) for i in scene.items] + [_drawn_points(scene, posed)]))
     low, high = flat.min(axis=0), flat.max(axis=0)
@@ -174,7 +174,7 @@ def _drawn(paper: Paper, scene: Scene, posed: Posed) -> Paper:
 
 
 def _fitted(paper: Paper) -> Paper:
-    """A fresh paper on which all that was drawn on this one lies within the margins."""
+    """A new drawing surface on which all that was drawn on this one fits between the margins."""
     drawn = [s.points for s in paper.strokes if not s.look.startswith(("floor", "ground", "hatch", "force"))]
     points = np.concatenate(drawn)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -194,14 +194,14 @@ def _cloud(item: Item, posed: Posed, most: float) -> Array:
 
 
 def _drawn_points(scene: Scene, posed: Posed) -> Array:
-    """The points of links, movements and marks."""
+    """The points of items, movements, marks and triads."""
     used = [k for i in scene.items if i.role != "ground" for k in (*i.points, *(() if i.at is None else (i.at,)))]
     used += [k for m in scene.movements for k in m.points] + [m.at for m in scene.marks] + [t.at for t in scene.triads]
     return np.asarray(posed.positions[sorted(set(used))])
 
 
 def describe(scene: Scene, view: View) -> str:
-    """What is drawn, in words."""
+    """The content of the sketch, in words."""
     system = scene.system
     bodies = ", ".join(b.name for b in system.bodies)
     flat, spatial = (

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Labels placed without overlap: each near its anchor, off lines, within the paper, for the width at which it is read.
+"""Placement of labels without overlap: each near its anchor, away from lines, within the drawing, for the width at which it is read.
 
-For each label places around its anchor are tried, 24 directions at rising distances. Lines below a label cost, and turning away from
-the direction wanted; another label's box, or the paper's edge, more than all else together. What need not be labelled is left out
-where there is no room; what must be moves further away, with a line that leads there.
+Each label is tried around its anchor in 24 directions at increasing distances. Lines below a label and deviation from the desired
+direction have a cost; overlap with another label, or with the edge, costs more than all else. Optional labels without room are
+omitted; needed ones move away, with a leader line.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from kane.present.sketch.text_runs import Span, width_of
 _TURNS = np.arange(24) * (2 * np.pi / 24)
 _REACH = (3.0, 7.0, 12.0, 18.0, 26.0, 40.0, 60.0, 85.0, 115.0)
 _NEAR = 5
-"""Distances at which what may be left out is tried."""
+"""Number of distances at which optional labels are tried."""
 _LINE, _LABEL, _EDGE, _TURN, _FAR = 2.2, 400.0, 2000.0, 3.6, 0.22
 _SWEEPS = 6
 _LEAVE = 26.0
-"""The cost from which on what may be left out is."""
+"""Cost above which an optional label is omitted."""
 GAP = 1.5
-"""Between boxes, at least."""
+"""Least gap between boxes."""
 LEADER = 34.0
-"""The distance from which on a line leads to a label."""
+"""Distance from which a label has a leader line."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Label:
-    """Runs of text for an anchor, the direction wanted from there, and the symbols that it stands for."""
+    """Runs of text with an anchor, the desired direction from it, and the symbols that it represents."""
 
     runs: tuple[Span, ...]
     anchor: tuple[float, float]
@@ -48,18 +48,18 @@ class Label:
 
     @property
     def wide(self) -> float:
-        """Width, estimated for wide faces."""
+        """The estimated width, for wide typefaces."""
         return width_of(self.runs, self.size)
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom, about the middle x, y."""
+        """Left, top, right and bottom of the box about the centre x, y."""
         tall = self.size * (1.1 + 0.25 * len({r.shift for r in self.runs if r.shift}))
         return self.x - self.wide / 2, self.y - tall / 2, self.x + self.wide / 2, self.y + tall / 2
 
 
 def placed(labels: Sequence[Label], points: Array, weights: Array, width: float, height: float) -> list[Label]:
-    """The labels at their places, those left out that have no room; `points` (n × 2) of lines cost their weights."""
+    """The labels in their places, without optional ones that have no room; `points` (n × 2) of lines cost their weights."""
     order = sorted(labels, key=lambda b: not b.needed)
     tried = [_tried(b, points, weights, width, height) for b in order]
     chosen = [int(np.argmin(cost)) for _, cost in tried]
@@ -81,7 +81,7 @@ def placed(labels: Sequence[Label], points: Array, weights: Array, width: float,
 def _parted(
     order: list[Label], tried: list[tuple[Array, Array]], boxes: Array, chosen: list[int], alive: Array
 ) -> None:
-    """Leave out what still overlaps and may be, then let the needed ones move until none does."""
+    """Omit optional labels that still overlap, then move the needed ones until none overlaps."""
     for n in reversed(range(len(order))):
         others = boxes[alive & (np.arange(len(order)) != n)]
         if alive[n] and not order[n].needed and _overlaps(boxes[n : n + 1], others).any():
@@ -95,13 +95,13 @@ def _parted(
 
 
 def _tried(label: Label, points: Array, weights: Array, width: float, height: float) -> tuple[Array, Array]:
-    """Boxes around the anchor, and what each costs by itself."""
+    """Candidate boxes around the anchor, and the cost of each without other labels."""
     left, top, right, bottom = replace(label, x=0.0, y=0.0).box
     wide, tall = right - left, bottom - top
     reach = np.array(_REACH if label.needed else _REACH[:_NEAR]) + label.clearance
     turn, far = (m.ravel() for m in np.meshgrid(_TURNS, reach, indexing="ij"))
     way = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    # the box touches a circle about the anchor: its half size along the way
+    # half the size of the box along the direction, so that it touches a circle about the anchor
     half = np.minimum(wide / 2 / np.maximum(np.abs(way[:, 0]), 1e-9), tall / 2 / np.maximum(np.abs(way[:, 1]), 1e-9))
     middle = np.array(label.anchor) + way * (far + half)[:, None]
     edge = np.array([wide, tall]) / 2
@@ -121,7 +121,7 @@ def _tried(label: Label, points: Array, weights: Array, width: float, height: fl
 
 
 def _overlaps(boxes: Array, others: Array) -> Array:
-    """Which boxes come nearer to which than the gap."""
+    """Which boxes are nearer to which others than the gap."""
     a, b = boxes[:, None, :], others[None, :, :]
     return np.asarray(
         (a[..., 0] < b[..., 2] + GAP)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What solids look like: clouds of points whose hull is the outline, and lines upon them."""
+"""Outlines of solids: clouds of points whose convex hull is the outline, and lines on them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HALF = np.linspace(-np.pi / 2, np.pi / 2, 25)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outline:
-    """Points (n × 3) whose hull is filled, or `faces` of their own with their normals; lines upon it; `hole`s in it."""
+    """Points (n × 3) whose hull is filled, or separate `faces`; lines on it, and holes in it."""
 
     cloud: Array
     lines: tuple[Array, ...] = ()
@@ -28,7 +28,7 @@ class Outline:
 
 
 def circle(radius: float, height: float = 0.0, turn: Array = _ROUND) -> Array:
-    """Points of a circle across the third axis."""
+    """Points of a circle about the third axis."""
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), np.full_like(turn, height)], axis=-1)
 
 
@@ -82,7 +82,7 @@ def _sector(radius: float, half_angle: float) -> Outline:
 
 
 def semi_axes(aa: float, bb: float, cc: float) -> Array:
-    """Those of the ellipsoid of a² = 5 (…)/(2 m): what is flat or rounding's is a fifth of the others."""
+    """Semi-axes of the ellipsoid with squares a² = 5 (…)/(2 m), at least a fifth of the largest, for flat bodies."""
     axes = np.sqrt(np.clip(np.nan_to_num([aa, bb, cc]), 0.0, None))
     return np.asarray(np.maximum(axes, 0.2 * float(axes.max())))
 
@@ -111,11 +111,11 @@ _MAKE: Mapping[str, Callable[..., Outline]] = {
     "triangle": lambda a, b: Outline(np.array([[0, 0, 0], [a, 0, 0], [0, b, 0]], dtype=float)),
     "half cylinder": _half_cylinder,
 }
-"""Outlines along a shape's own axes."""
+"""Outlines of each kind along the shape's own axes."""
 
 
 def outline(item: Item, posed: Posed, most: float) -> Outline | None:
-    """A solid where it is; None of what is no solid. Ellipsoids of inertia have semi-axes of `most` at most."""
+    """The outline of a solid at its position; None for other items. Ellipsoids of inertia have semi-axes of `most` at most."""
     if item.at is None or item.frame is None:
         return None
     if item.kind == "mesh":
@@ -149,7 +149,7 @@ def hull(points: Array) -> Array:
 
 
 def within(p: Array, border: Array) -> bool:
-    """Whether a point of the plane lies within a convex border, whichever way this turns."""
+    """Whether a point of the plane is inside a convex border of either orientation."""
     ahead, off = np.roll(border, -1, axis=0) - border, p - border
     sides = ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0]
     return bool((sides >= -1e-9).all() or (sides <= 1e-9).all())
@@ -160,7 +160,7 @@ def _left(a: Array, b: Array, c: Array) -> float:
 
 
 def mesh(file: str) -> Outline:
-    """The vertices of a mesh, STL or OBJ."""
+    """The vertices of an STL or OBJ mesh; raises ModelError if there are none."""
     points = vertices_of(file)
     if not len(points):
         raise ModelError(f"Expected a mesh with vertices, got {file}, which has none that STL or OBJ would tell.")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The paper of a sketch: strokes by layer, in pixels, and the labels that are asked for."""
+"""The drawing surface of a sketch: strokes by layer, in pixels, and the labels to be placed."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ GROUND, BODY, LOAD, REFERENCE, MOVE, FORCE, AXES, POINT = range(8)
 BLOCK = (22.0, 13.0)
 """Half the width and height of a block, in pixels."""
 _STEP = 3.0
-"""Pixels between the points of lines that labels keep away from."""
+"""Spacing, in pixels, of the points of lines that labels avoid."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stroke:
-    """A line or a face, by what it looks like; `order` is its layer and depth, far ones first; `head` an arrowhead at the end."""
+    """A line or a face in a style `look`; `order` is its layer and depth, far ones first; `head` is the length of an arrowhead."""
 
     points: Array
     look: str
@@ -38,7 +38,7 @@ class Stroke:
 
 @dataclass(slots=True, eq=False)
 class Paper:
-    """Where places of the scene are on the paper, and what is drawn there."""
+    """The projection of the scene to pixels, and the strokes and labels drawn so far."""
 
     view: View
     width: float
@@ -58,12 +58,12 @@ class Paper:
 
     @property
     def small(self) -> bool:
-        """Whether it is a phone's."""
+        """Whether the width is that of a phone."""
         return self.width < 480
 
     @property
     def unit(self) -> float:
-        """Pixels by which arrows and letters are measured: 1 on a desktop."""
+        """Pixels per unit of arrows and letters: 1 on a desktop screen."""
         return 0.8 if self.small else 1.0
 
     def at(self, places: Array) -> Array:
@@ -71,13 +71,13 @@ class Paper:
         return self.view.flat(places) * (self.scale, -self.scale) + self.shift
 
     def pixel_direction(self, direction: Array) -> Array:
-        """A unit of a direction as seen, in pixels a pixel."""
+        """The projection of a unit vector along a direction."""
         size = float(np.linalg.norm(direction))
         flat = self.view.flat(direction / size if size > 0 else direction)
         return np.asarray(flat * (1.0, -1.0))
 
     def depth(self, places: Array) -> float:
-        """How near to the eye places are."""
+        """The mean nearness of places to the eye."""
         return float(np.mean(np.atleast_2d(places) @ self.view.toward))
 
     def draw(
@@ -92,13 +92,13 @@ class Paper:
         self, runs: tuple[Span, ...], at: Array, toward: Array, look: str, *, size: float = 15.0,
         symbols: Iterable[str] = (), needed: bool = False, clearance: float = 0.0,
     ) -> None:  # fmt: skip
-        """Ask for a label."""
+        """Add a label to be placed."""
         anchor, way = (float(at[0]), float(at[1])), (float(toward[0]), float(toward[1]))
         scaled = size * (0.9 if self.small else 1.0)
         self.labels.append(Label(runs, anchor, way, scaled, look, tuple(symbols), needed, clearance))
 
     def ring(self, at: Array) -> int:
-        """How many arcs there are about a place already; one more from now on."""
+        """The number of arcs already drawn about a place; it increases by one."""
         for k, (p, n) in enumerate(self.rings):
             if np.hypot(*(p - at)) < 6:
                 self.rings[k] = (p, n + 1)
@@ -107,7 +107,7 @@ class Paper:
         return 0
 
     def obstacles(self) -> tuple[Array, Array]:
-        """Points of all lines, and the borders of faces, with weights for labels that lie on them."""
+        """Points of all lines, and of the borders of faces, with the cost of labels on them."""
         points, weights = [np.zeros((0, 2))], [np.zeros(0)]
         for s in self.strokes:
             line = np.concatenate([s.points, s.points[:1]]) if s.closed else s.points
@@ -118,7 +118,7 @@ class Paper:
 
 
 def spaced(line: Array, step: float) -> Array:
-    """Points along a line, about `step` apart."""
+    """Points along a line, spaced by about `step`."""
     pieces = [line[:1]]
     for a, b in pairwise(line):
         n = max(1, min(400, int(np.hypot(*(b - a)) / step)))
@@ -127,13 +127,13 @@ def spaced(line: Array, step: float) -> Array:
 
 
 def ring(at: Array, radius: float, sides: int) -> Array:
-    """Points of a circle on the paper."""
+    """Points of a circle, in pixels."""
     turn = np.linspace(0, 2 * np.pi, sides + 1)[:-1]
     return np.asarray(at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1))
 
 
 def rod_ends(item: Item, posed: Posed) -> Array:
-    """The ends of a rod (2 × 3); of another item, or one without a place, none."""
+    """The ends of a rod (2 × 3); none for other items."""
     if item.kind != "rod" or item.at is None or item.frame is None:
         return np.zeros((0, 3))
     half = posed.rotations[item.frame][:, 2] * float(posed.scalars[item.sizes["length"]]) / 2
@@ -141,5 +141,5 @@ def rod_ends(item: Item, posed: Posed) -> Array:
 
 
 def across(way: Array) -> Array:
-    """A quarter of a turn from a direction on the paper."""
+    """A direction rotated by a quarter turn."""
     return np.array([-way[1], way[0]])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pose of a sketch: angles that open, lengths of the bodies' size, constraints that hold, nothing below the ground.
+"""The pose of a sketch: open angles, lengths of the size of the bodies, constraints satisfied, nothing below the ground.
 
-Several are tried, each moved to where the constraints hold by least changes, with contacts apart or one of them closed; the one in
-which every coordinate is seen best is taken.
+Several poses are tried, each moved by least changes until the constraints hold, with contacts open or one of them closed; that in
+which the least visible coordinate is seen best is taken.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ _CLOSED = 1e-9
 _ATTITUDE = np.array([0.87, 0.28, 0.22, 0.34])
 _SIGNS = ("++++", "+-+-", "-+-+", "--++", "++--", "+--+", "-++-", "----")
 _BENT = 0.13
-"""Deflection of a beam by its length."""
+"""Deflection of a beam relative to its length."""
 _MORE = 40
-"""Further starts, drawn at random, where constraints hold at none."""
+"""Number of random starts if no other start satisfies the constraints."""
 _HOLDS = 1e-7
 _SEVERAL = 4
-"""Turns beyond which each is smaller."""
+"""Number of rotations above which each is smaller."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """Values for all symbols of a scene, what they give, and the length that counts as its size."""
+    """Values for all symbols of a scene, the resulting pose, and the typical length."""
 
     values: Mapping[Symbol, float]
     posed: Posed
@@ -50,7 +50,7 @@ class Pose:
 
 
 def pose_of(scene: Scene, given: Any = None) -> Pose:
-    """The best pose found; with `given`, the values of coordinates that are told."""
+    """The best pose found; `given` contains prescribed values of coordinates."""
     known = constants(scene)
     size = _size(scene, known)
     told = {q: _finite(q, value) for q, value in named_values("q", scene.system.coordinates, given).items()}
@@ -83,7 +83,7 @@ def _holds(values: Mapping[Symbol, float], laws: _Laws) -> bool:
 
 
 def constants(scene: Scene) -> dict[Symbol, float]:
-    """Values of everything but coordinates: defaults, and where there is none what can be seen."""
+    """Values of everything except coordinates: defaults, or visible values where there is none."""
     return {s: _constant(s) for s in _all_symbols(scene) if not isinstance(s, Coordinate)}
 
 
@@ -105,7 +105,7 @@ def _constant(s: Symbol) -> float:
 
 
 def _size(scene: Scene, known: Mapping[Symbol, float]) -> float:
-    """A length that is typical: the median of the parameters that are lengths."""
+    """The typical length: the median of the parameters that are lengths."""
     found = [abs(known[p]) for p in scene.system.parameters if p.unit and _is_length(p.unit) and known[p]]
     return float(np.median(found)) if found else 1.0
 
@@ -132,7 +132,7 @@ def _starts(scene: Scene, size: float, told: Mapping[Any, float]) -> Iterator[di
             shifts += m.kind == "shift"
         yield {**start, **told}
     rng = np.random.default_rng(SEED)
-    for _ in range(_MORE if scene.system.holonomic else 0):  # where none of those closes
+    for _ in range(_MORE if scene.system.holonomic else 0):  # used if no other start satisfies the constraints
         yield {
             **{q: v + float(rng.normal(0, 1.2)) * (size if q.unit == "m" else 1.0) for q, v in start.items()},
             **told,
@@ -140,7 +140,7 @@ def _starts(scene: Scene, size: float, told: Mapping[Any, float]) -> Iterator[di
 
 
 def _bent(values: dict[Symbol, float], scene: Scene, told: Mapping[Any, float]) -> dict[Symbol, float]:
-    """The coordinates of beams scaled to what is seen of a deflection."""
+    """The coordinates of beams, scaled to a visible deflection."""
     posed = scene.poses(values)
     for m in scene.movements:
         if m.kind == "deflection":
@@ -169,7 +169,7 @@ def _wanted(m: Movement, k: int, turns: int, shifts: int, sign: float, size: flo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Laws:
-    """Constraints and gaps as one routine; `choices` are the gaps to close, none first."""
+    """Constraints and gaps as one routine; `choices` are the sets of gaps to close, the empty one first."""
 
     walk: Walk
     count: int
@@ -195,7 +195,7 @@ def _closed(
     told: Mapping[Any, float],
     size: float,
 ) -> dict[Symbol, float]:
-    """The values moved by least changes to where constraints, and the gaps in `closing`, vanish."""
+    """The values moved by least changes until constraints, and the gaps in `closing`, vanish."""
     wanted = [*range(laws.count), *closing]
     free = [q for q in scene.system.coordinates if q not in told]
     if not wanted or not free:
@@ -231,11 +231,11 @@ def _linear(
     return rows[:, 0], (rows[:, 1 : n + 1] - rows[:, n + 1 :]) / (2 * h)
 
 
-# Worth ---------------------------------------------------------------------------------------------------------------
+# Value of a pose -----------------------------------------------------------------------------------------------------
 
 
 def _worth(scene: Scene, values: Mapping[Symbol, float], laws: _Laws, size: float) -> float:
-    """How well a pose is seen: the least of what coordinates show, less what constraints and contacts are off."""
+    """The value of a pose: the least visibility of a coordinate, less the violation of constraints and contacts."""
     posed = scene.poses(values)
     if not np.isfinite(posed.positions).all():
         return -1e9
@@ -263,7 +263,7 @@ def _shown(m: Movement, posed: Posed, size: float) -> float:
 
 
 def _apart(scene: Scene, posed: Posed) -> float:
-    """The least distance of points with names, by the extent of all."""
+    """The least distance of named points, relative to the extent of all."""
     places = posed.positions[[m.at for m in scene.marks][:40]]
     if len(places) < 2:
         return 1.0

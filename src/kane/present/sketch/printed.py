@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A sketch for paper: the strokes and labels of the SVG, with the looks of its style sheet, as PDF or PNG."""
+"""A sketch for paper, as PDF or PNG: the strokes and labels of the SVG, in the styles of its style sheet."""
 
 import unicodedata
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ from kane.present.sketch.svg import LIGHT, SHIFT, TEXT, leader, looks, shapes_of
 from kane.present.sketch.text_runs import SMALL, Span
 
 _INCH = 96.0
-"""Pixels in an inch, as in a browser."""
+"""Pixels per inch, as in a browser."""
 _POINT = 72 / _INCH
 _METADATA = {
     ".pdf": {"CreationDate": None, "Creator": "kane sketch"},
@@ -31,7 +31,7 @@ _METADATA = {
 }
 _HALO = 3.0
 _MARKS = {"\u0302": "\u02c6", "\u0303": "\u02dc", "\u0307": "\u02d9", "\u0308": "\u00a8", "\u20db": "\u2026"}
-"""Marks above letters, and the signs that look so: the font has no others."""
+"""Combining marks, and similar separate signs that the font has."""
 
 
 def printed(strokes: Iterable[Stroke], labels: Iterable[Label], width: int, height: int, path: Path) -> None:
@@ -73,7 +73,7 @@ def _outline(points: Array, closed: bool) -> Outline:
 
 
 def _write(axes: Axes, label: Label) -> None:
-    """The runs of a label side by side about its middle, as outlines with a halo."""
+    """Write the runs of a label side by side about its centre, as outlines with a halo."""
     bold = label.look in ("axis-name", "inertial-name")
     pieces, x = [], 0.0
     for run in label.runs:
@@ -90,7 +90,7 @@ def _write(axes: Axes, label: Label) -> None:
 
 
 def _letters(run: Span, size: float, bold: bool) -> tuple[Outline, float]:
-    """Outlines of a run's letters, marks above them set over their middle, and how far they reach."""
+    """Outlines of a run's letters, with marks centred above them, and their width."""
     slanted: Literal["italic", "normal"] = "italic" if run.slanted else "normal"
     font = FontProperties(family=["STIXGeneral"], style=slanted, weight="bold" if bold else "normal")
     space = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Coordinates as arcs and arrows, axes, forces and points, with the labels that they ask for."""
+"""Coordinates as arcs and arrows, axes, forces and points, with their labels."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
 _ARC, _MORE = 40.0, 14.0
 _ASIDE = 15.0
 _LENGTHS = 5
-"""Lengths of which the names are shown, at most."""
+"""Largest number of named lengths."""
 _ROUND = np.radians(250.0)
 
 
 def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
-    """All of them."""
+    """Draw all of them."""
     middle = np.mean(
         [s.points.mean(axis=0) for s in paper.strokes if s.look.startswith(("body", "rod"))] or [paper.shift], axis=0
     )
@@ -32,7 +32,7 @@ def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
         axes = np.vstack([posed.rotations[t.frame], posed.positions[t.at] * paper.scale])
         beside = [k for k, other in enumerate(shown) if np.abs(axes[3] - other[3]).max() < 6]
         same = any(np.abs(axes - shown[k]).max() < 1e-6 for k in beside)
-        if not same and not any(k > 0 for k in beside):  # one of a body at a place, and the inertial frame's
+        if not same and not any(k > 0 for k in beside):  # at each place, the inertial axes and those of one body
             shown.append(axes)
             _triad(paper, t, posed, middle)
     used: list[tuple[Array, Array]] = []
@@ -49,7 +49,7 @@ def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
 
 
 def _lengths(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
-    """The names of lengths beside the rods that are as long, and on a line of their own within solids."""
+    """Draw the names of lengths beside rods of this length, and on separate lines within solids."""
     rods = [s.points for s in paper.strokes if s.look.startswith("rod") and "face" in s.look]
     for name, i, k in scene.lengths:
         a, b = paper.at(posed.positions[[i, k]])
@@ -77,7 +77,7 @@ def _away(side: Array, out: Array) -> Array:
 
 
 def _turned(d: Array, axis: Array, angles: Array) -> Array:
-    """A direction turned about a unit axis by angles."""
+    """A direction rotated about a unit axis by angles."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     return np.asarray(d * c + np.cross(axis, d) * s + axis * (axis @ d) * (1 - c))
 
@@ -108,12 +108,12 @@ def _coordinate(
     size: float = 17,
     clearance: float = 0.0,
 ) -> None:
-    """The label of what coordinates move."""
+    """Draw the label of a movement."""
     paper.label(runs, at, toward, "coordinate", size=size, symbols=m.symbols, needed=True, clearance=clearance)
 
 
 def _reach(paper: Paper, way: Array) -> float:
-    """How long what turns is in pixels; of an axis, nothing."""
+    """The length of a rotating vector in pixels; 0 for an axis, of unit length."""
     size = float(np.linalg.norm(way))
     return size * paper.scale if abs(size - 1) > 1e-9 else 0.0
 
@@ -126,7 +126,7 @@ def _arrow(paper: Paper, line: Array, look: str, layer: int, head: float = _HEAD
 def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tuple[Array, Array]]) -> None:
     way = paper.at(posed.positions[list(m.points)])
     long = float(np.hypot(*(way[-1] - way[0])))
-    if long < 3:  # across the paper, or nothing
+    if long < 3:  # normal to the drawing, or zero
         _coordinate(paper, m, spans(m.symbols[0]), way[-1], way[-1] - middle)
         return
     if len(way) > 2:
@@ -150,7 +150,7 @@ def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tu
 
 
 def _meet(line: Array, old: tuple[Array, Array]) -> bool:
-    """Whether two segments lie upon each other."""
+    """Whether two segments overlap."""
     a, b = old
     along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
     off, at = (line - a) @ across(along), np.sort((line - a) @ along)
@@ -167,7 +167,7 @@ def _attitude(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
 
 
 def _circle(paper: Paper, axis: Array, center: Array, radius: float) -> Array:
-    """An arc about an axis as seen, with its gap to the upper left."""
+    """An arc about an axis as seen, with its gap at the upper left."""
     x = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     x /= np.linalg.norm(x)
     whole = _turned(x, axis, np.linspace(0, 2 * np.pi, 73))
@@ -191,7 +191,7 @@ def _deflection(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
 
 
 def _modes(m: Movement) -> tuple[Span, ...]:
-    """v1_rod, v2_rod as v₁, v₂ where the beam's name stands below all of them."""
+    """v1_rod, v2_rod as v₁, v₂ if the beam's name is a common subscript."""
     tail = f"_{m.frame}"
     if len(m.symbols) > 1 and all(s.endswith(tail) for s in m.symbols):
         first = tuple(s.removesuffix(tail) for s in m.symbols[:-1])
@@ -244,7 +244,7 @@ def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
 
 
 def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
-    """The arrow of gravity stands in the corner with the most room."""
+    """Draw the arrow of gravity in the corner with the most room."""
     way = paper.pixel_direction(posed.directions[a.direction])
     points, _ = paper.obstacles()
     long = 40 * paper.unit
@@ -265,7 +265,7 @@ def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
 
 
 def _name(paper: Paper, a: Action, at: Array, toward: Array, clearance: float = 0.0) -> None:
-    """The name of an arrow, which may be a symbol."""
+    """Draw the name of an arrow, which may be a symbol."""
     known = all(c.isalnum() or c in "_*'" for c in a.label)
     runs = product(a.label) if known else (Span(a.label, "", False),)
     paper.label(runs, at, toward, "force-name", size=15, symbols=(a.label,) if known else (), clearance=clearance)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A paper as SVG: looks by class, colours as variables for light and dark, text with halos, a title and a description."""
+"""A drawing as SVG: styles by class, colours as variables for light and dark themes, text with halos, a title and a description."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DARK = {
     "card": "#16181c", "ink": "#e9eaec", "body": "#2b3a4d", "shade": "#243246", "dark": "#1d2a3c", "floor": "#20231f",
     "grey": "#a8adb5", "axis": "#7fb6ff", "move": "#62d089", "force": "#ff9d6b", "detail": "#6f86a0",
 }  # fmt: skip
-"""Colours by what things are. Text has a contrast of 4.5 at least against the card and the bodies, in both."""
+"""Colours by role. Text has a contrast of at least 4.5 to the background and to bodies, in both themes."""
 TEXT = {
     "coordinate": "move", "force-name": "force", "axis-name": "axis", "inertial-name": "grey", "point-name": "ink",
     "length": "ink", "name": "ink",
@@ -73,7 +73,7 @@ _STYLE = """
 
 
 def style() -> str:
-    """The style sheet: one for all sketches of a page."""
+    """The style sheet, common to all sketches of a page."""
 
     def colours(table: dict[str, str]) -> str:
         return ".kane-sketch{" + "".join(f"--k-{k}:{v};" for k, v in table.items()) + "}"
@@ -85,7 +85,7 @@ def style() -> str:
 
 
 def looks(classes: str) -> dict[str, str]:
-    """The properties that the style sheet gives a look on light paper: the more classes a rule names, the later it applies."""
+    """The properties of a style on light paper; rules with more classes are applied later."""
     have, found = {"b", *classes.split()}, {"fill": "black"}
     rules = []
     for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", _STYLE):
@@ -99,7 +99,7 @@ def looks(classes: str) -> dict[str, str]:
 
 
 def render(paper: Paper, labels: Sequence[Label], title: str, description: str) -> str:
-    """The SVG of a paper with placed labels."""
+    """The SVG of a drawing with placed labels."""
     w, h = round(paper.width), round(paper.height)
     key = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") + f"-{w}"
     lines = [
@@ -120,13 +120,13 @@ def render(paper: Paper, labels: Sequence[Label], title: str, description: str) 
 
 
 def leader(b: Label) -> Array:
-    """From the anchor to the side of the box."""
+    """The line from a label's anchor to the edge of its box."""
     a, (left, top, right, bottom) = np.array(b.anchor), b.box
     return np.array([a, np.clip(a, (left, top), (right, bottom))])
 
 
 def shapes_of(s: Stroke) -> list[tuple[str, list[tuple[Array, bool]]]]:
-    """A look with its lines, each closed or not: holes are further lines, the head of an arrow a further shape."""
+    """The styles of a stroke with their lines, each closed or open; holes are further lines, an arrowhead a further shape."""
     if not s.head:
         return [(s.look, [(s.points, s.closed), *((h, True) for h in s.holes)])]
     tip, way = s.points[-1], _ending(s.points, s.head)
@@ -147,7 +147,7 @@ def _stroke(s: Stroke) -> list[str]:
 
 
 def _ending(line: Array, head: float) -> Array:
-    """The direction at the end of a line, over the length of its head."""
+    """The direction at the end of a line, as a chord of the length of its arrowhead."""
     back = _shortened(line, head)[-1]
     way = line[-1] - back
     size = float(np.hypot(*way))
@@ -155,7 +155,7 @@ def _ending(line: Array, head: float) -> Array:
 
 
 def _shortened(line: Array, by: float) -> Array:
-    """The points of a line that are further than `by` from its end along it, one at least."""
+    """The points of a line farther than `by` from its end, measured along it, at least one."""
     steps = np.hypot(*np.diff(line, axis=0).T)
     left = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
     kept = line[left >= by]
@@ -184,7 +184,7 @@ def _text(b: Label) -> str:
 
 
 SHIFT = {"": 0.0, "sub": 0.24, "sup": -0.36}
-"""How far runs are moved down, by the size of the letters."""
+"""Downward shift of runs, relative to the letter size."""
 
 
 def _run(r: Span, size: float, before: float) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names of symbols, frames and points as runs of text: letters, subscripts, dots, hats; and how wide they will be."""
+"""Names of symbols, frames and points as runs of text, with subscripts, dots and hats, and estimates of their width."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _GREEK = dict(pair.split(":") for pair in _LETTERS.split())
 _DOTS = {1: "\u0307", 2: "\u0308", 3: "\u20db"}
 _HAT = "\u0302"
 SMALL = 0.72
-"""Size of sub- and superscripts."""
+"""Relative size of subscripts and superscripts."""
 _EM = {
     " ": 0.34, ",": 0.34, ".": 0.34, "·": 0.36, "*": 0.52, "′": 0.3, "(": 0.42, ")": 0.42, "m": 0.97, "w": 0.88, "M": 1.05, "W": 1.1,
 }  # fmt: skip
@@ -24,7 +24,7 @@ _THIN, _CAPITAL, _OTHER = 0.4, 0.8, 0.66
 
 
 class Span(NamedTuple):
-    """A run of text: "" on the line, "sub" or "sup"; slanted for single letters."""
+    """A run of text with its shift, "" on the line, "sub" or "sup"; single letters are slanted."""
 
     text: str
     shift: str = ""
@@ -32,7 +32,7 @@ class Span(NamedTuple):
 
 
 def spans(name: str) -> tuple[Span, ...]:
-    """A symbol's name: q1 with its number below, mu_k with a letter, u1' with a dot."""
+    """The runs of a symbol's name: q1 with a numerical subscript, mu_k with a Greek letter, u1' with a dot."""
     stem = name.rstrip("'")
     dots = len(name) - len(stem)
     head, *lower = [part for part in stem.split("_") if part] or [stem]
@@ -57,7 +57,7 @@ def _below(word: str) -> str:
 
 
 def point_name(name: str) -> tuple[Span, ...]:
-    """A point's or frame's name: C* with a raised star, C^ with a hat, words upright."""
+    """The runs of a point's or frame's name: C* with a superscript star, C^ with a hat, words upright."""
     stem = name.rstrip("*^'")
     marks = name[len(stem) :]
     if " " in stem or not stem:
@@ -70,7 +70,7 @@ def point_name(name: str) -> tuple[Span, ...]:
 
 
 def unit_vector(frame: str, axis: str) -> tuple[Span, ...]:
-    """b̂ with its axis below, of a frame B; of a frame with a longer name its own."""
+    """b̂ with the axis as subscript for a frame B; for frames with longer names the name."""
     parts = re.fullmatch(r"([A-Za-z])([0-9]*)", frame)
     if parts:
         return Span(parts[1].lower() + _HAT), Span(parts[2] + axis, "sub", False)
@@ -78,13 +78,13 @@ def unit_vector(frame: str, axis: str) -> tuple[Span, ...]:
 
 
 def product(text: str) -> tuple[Span, ...]:
-    """Factors that are written out, c*x' as symbols side by side."""
+    """A product such as c*x' as adjacent symbols."""
     known = re.compile(r"[A-Za-z][A-Za-z0-9_]*'*").fullmatch
     return _between(" ", [spans(f) if known(f) else (Span(f, "", False),) for f in text.split("*")])
 
 
 def series(names: tuple[str, ...]) -> tuple[Span, ...]:
-    """Several symbols, with commas."""
+    """Several symbols, separated by commas."""
     return _between(", ", list(map(spans, names)))
 
 
@@ -94,7 +94,7 @@ def _between(gap: str, parts: Sequence[tuple[Span, ...]]) -> tuple[Span, ...]:
 
 
 def width_of(runs: tuple[Span, ...], size: float) -> float:
-    """How wide runs of text are, in wide faces."""
+    """Estimated width of runs of text, in wide typefaces."""
     return sum(_letters(r.text) * size * (SMALL if r.shift else 1) for r in runs)
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A scene in motion: meshes of its shapes, where they are at each instant, and what draws them (a page, glTF, pictures)."""
+"""A scene in motion: meshes of its shapes, their placement at each instant, and output as a page, glTF or pictures."""

@@ -9,7 +9,7 @@ from kane.numeric.arrays import Array
 
 
 def towards(way: Array) -> Array:
-    """Rotations whose third column is along `way` (… × 3); the first is as near to the first axis as may be, or to the second."""
+    """Rotations with the third column along `way` (… × 3), and the first as near as possible to the first axis, or to the second."""
     size = np.linalg.norm(way, axis=-1, keepdims=True)
     z = np.divide(way, size, out=np.zeros_like(way) + np.array([0.0, 0.0, 1.0]), where=size > 0)
     near = np.where(np.abs(z[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
@@ -19,7 +19,7 @@ def towards(way: Array) -> Array:
 
 
 def axes_of(a: Array, b: Array, c: Array) -> Array:
-    """Rotations of three points (… × 3) that are on no line: the first column from a to b, the third across their plane."""
+    """Rotations from three points (… × 3) that are not collinear: the first column from a to b, the third normal to their plane."""
     x = b - a
     z = np.cross(x, c - a)
     x, z = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (x, z))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A motion as glTF 2.0, in one binary file: a node a part, whose translation, rotation and scale follow the motion.
+"""A motion as glTF 2.0, in one binary file: one node for each part, with animated translation, rotation and scale.
 
-The scene's up is turned to glTF's, +y. Lengths are those of the model.
+The upward direction of the scene is rotated to +y, that of glTF. Lengths are those of the model.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _VERTICES, _INDICES = 34962, 34963
 
 
 class _Buffer:
-    """Bytes with accessors into them."""
+    """Binary data with accessors."""
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -32,7 +32,7 @@ class _Buffer:
         self.accessors: list[dict[str, Any]] = []
 
     def add(self, values: Any, kind: str, target: int | None = None, bounds: bool = False) -> int:
-        """The number of the accessor of an array."""
+        """Append an array, and return the index of its accessor."""
         array = np.ascontiguousarray(values, dtype="<u4" if kind == "SCALAR" and target == _INDICES else "<f4")
         view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": array.nbytes}
         self.views.append(view | ({"target": target} if target else {}))
@@ -51,7 +51,7 @@ class _Buffer:
 
 
 def binary(model: DrawnModel, course: PosedMotion) -> bytes:
-    """The file of a motion."""
+    """The content of the file for a motion."""
     buffer = _Buffer()
     names = list(model.meshes)
     shapes = {name: _attributes(model, name, buffer) for name in names}
@@ -113,7 +113,7 @@ def _material(colour: str) -> dict[str, Any]:
 
 
 def _decomposed(places: Array) -> tuple[Array, Array, Array]:
-    """Translations, rotations as quaternions (x, y, z, w) without leaps of sign, and scales."""
+    """Translations, rotations as quaternions (x, y, z, w) of continuous sign, and scales."""
     columns, shift = places[:, :, :3], places[:, :, 3]
     scale = np.linalg.norm(columns, axis=1)
     axes = np.divide(

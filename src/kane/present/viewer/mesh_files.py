@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Triangles from files: STL, in text and binary, and the faces of OBJ."""
+"""Triangles from files: STL, as text or binary, and the faces of OBJ."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from kane.numeric.arrays import Array
 from kane.present.viewer.meshes import Mesh, unit_rows
 
 _MOST = 200_000
-"""Triangles of a file."""
+"""Largest number of triangles of a file."""
 _NAMES = re.compile(r"^\s*(?:end)?solid\b(?!.*\bfacet\b).*$", re.MULTILINE)
-"""The lines of an STL that name it, not those on which facets follow."""
+"""Lines of an STL that contain its name, unless facets follow on the same line."""
 
 
 def read(path: str) -> Mesh:
@@ -36,7 +36,7 @@ def vertices_of(path: str) -> Array:
 
 
 def _read(path: str, obj: Callable[[str], Array]) -> Array:
-    """What is in a file, in an OBJ by what reads its text."""
+    """The content of a file: of an STL the corners of triangles, of an OBJ the result of `obj`."""
     file = Path(path)
     try:
         data = file.read_bytes()

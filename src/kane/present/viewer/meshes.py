@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Triangles of shapes: unit ones, which are scaled along their axes, and those of given sizes.
+"""Triangle meshes of shapes: unit meshes, which are scaled along their axes, and those of given sizes.
 
-A body of revolution has its axis along z. The tone of a vertex, 0 or 1, tells quarters of what is round apart, so that a spin is seen.
+A body of revolution has its axis along z. The tone of a vertex, 0 or 1, alternates between quarters of round shapes, to show spin.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy.typing as npt
 from kane.numeric.arrays import Array
 
 ROUND = 40
-"""Sides of what is round."""
+"""Number of sides of round shapes."""
 
 
 class Mesh(NamedTuple):
-    """Vertices (n × 3), their normals, tones (n), and triangles (m × 3) that turn right about the outward normal."""
+    """Vertices (n × 3), their normals, tones (n), and triangles (m × 3), counterclockwise as seen from outside."""
 
     vertices: Array
     normals: Array
@@ -31,7 +31,7 @@ class Mesh(NamedTuple):
 
 
 def unit_rows(v: Array) -> Array:
-    """Vectors (… × n) of length one; those without a length stay zero."""
+    """Vectors (… × n) scaled to unit length; zero vectors remain zero."""
     size = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.asarray(np.divide(v, size, out=np.zeros_like(v), where=size > 0))
 
@@ -59,16 +59,16 @@ def flat(corners: Array, faces: Iterable[Sequence[int]]) -> Mesh:
 
 
 def box() -> Mesh:
-    """The unit cube about its middle."""
+    """The unit cube, centred at the origin."""
     corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     return flat(corners, faces)
 
 
 def lathe(profile: Sequence[tuple[float, float]], smooth: bool = False, sides: int = ROUND) -> Mesh:
-    """The surface that a line (radius, z), upward outside, sweeps about z.
+    """The surface of revolution about z of a line (radius, z) that leads upward on the outside.
 
-    Each part of the line has its own normals unless it is `smooth`.
+    Each segment of the line has its own normals unless it is `smooth`.
     """
     line = np.asarray(profile, dtype=float)
     steps = np.diff(line, axis=0)
@@ -93,18 +93,18 @@ def lathe(profile: Sequence[tuple[float, float]], smooth: bool = False, sides: i
 
 
 def _quads(rows: Sequence[Array]) -> Array:
-    """Of two rings the corners of each side: (0, k), (0, k + 1), (1, k + 1), (1, k)."""
+    """The corners of each side between two rings: (0, k), (0, k + 1), (1, k + 1), (1, k)."""
     a, b = rows
     return np.stack([a[:-1], a[1:], b[1:], b[:-1]], axis=1).reshape(-1, 3)
 
 
 def cylinder(bottom: float = -0.5, top: float = 0.5) -> Mesh:
-    """Of radius 1, from one height to another."""
+    """A cylinder of radius 1 between two heights."""
     return lathe([(0, bottom), (1, bottom), (1, top), (0, top)])
 
 
 def _above(steps: int) -> list[tuple[float, float]]:
-    """(radius, z) of the upper half of a sphere of radius 1, upward."""
+    """(radius, z) of the upper half of a unit sphere, upward."""
     return [*((float(np.cos(x)), float(np.sin(x))) for x in np.linspace(0, pi / 2, steps + 1)[:-1]), (0.0, 1.0)]
 
 
@@ -113,39 +113,39 @@ def _below(steps: int) -> list[tuple[float, float]]:
 
 
 def sphere(sides: int = ROUND) -> Mesh:
-    """Of radius 1."""
+    """The unit sphere."""
     return lathe([*_below(sides // 4), *_above(sides // 4)[1:]], True, sides)
 
 
 def hemisphere() -> Mesh:
-    """Of radius 1, the round side upward."""
+    """Half of the unit sphere, with the round side upward."""
     return joined([lathe(_above(ROUND // 4), smooth=True), lathe([(0, 0), (1, 0)])])
 
 
 def cone() -> Mesh:
-    """Of radius 1 and height 1, its base at the origin."""
+    """A cone of radius 1 and height 1, with its base at the origin."""
     return lathe([(0, 0), (1, 0), (0, 1)])
 
 
 def frustum(base: float, top: float, height: float) -> Mesh:
-    """A cone cut off."""
+    """A truncated cone with its base at the origin."""
     return lathe([(0, 0), (base, 0), (top, height), (0, height)])
 
 
 def torus(radius: float, tube: float) -> Mesh:
-    """With the radius of its centre line and that of its tube."""
+    """A torus with the radii of its centre line and of its tube."""
     a = np.linspace(-pi, pi, ROUND // 2 + 1)
     return lathe([(radius + tube * float(np.cos(x)), tube * float(np.sin(x))) for x in a], smooth=True)
 
 
 def capsule(radius: float, length: float) -> Mesh:
-    """A cylinder of that length with half spheres on its ends."""
+    """A cylinder of the given length with half spheres on its ends."""
     low = [(radius * r, radius * z - length / 2) for r, z in _below(ROUND // 4)]
     return lathe([*low, *((r, -z) for r, z in reversed(low))], smooth=True)
 
 
 def spring() -> Mesh:
-    """A wire along a helix of radius 1, from 0 to 1, to be stretched; its ends lead to the axis."""
+    """A wire along a helix of radius 1, from z = 0 to 1, to be stretched; its ends are on the axis."""
     turns, wire, sides = 8, 0.14, 8
     steps = turns * 16
     t = np.linspace(0, 1, steps + 1)
@@ -160,7 +160,7 @@ def spring() -> Mesh:
     side = np.cross(ahead, out)
     a = np.arange(sides + 1) * 2 * pi / sides
     rings = out[:, None] * np.cos(a)[None, :, None] + side[:, None] * np.sin(a)[None, :, None]
-    flattened = rings * [wire, wire, wire / 6]  # as it is stretched along z
+    flattened = rings * [wire, wire, wire / 6]  # stretching along z restores the round section
     vertices = (line[:, None] + flattened).reshape(-1, 3)
     n, m = len(line), sides + 1
     k = (np.arange(n - 1)[:, None] * m + np.arange(sides)).ravel()
@@ -169,18 +169,18 @@ def spring() -> Mesh:
 
 
 def damper() -> Mesh:
-    """A rod in a pot, from 0 to 1."""
+    """A rod in a cylinder, from z = 0 to 1."""
     pot = lathe([(0, 0.25), (1, 0.25), (1, 0.7), (0.35, 0.7)])
     return joined([pot, lathe([(0, 0), (0.3, 0), (0.3, 0.25)]), lathe([(0.3, 0.5), (0.3, 1), (0, 1)])])
 
 
 def arrow() -> Mesh:
-    """From 0 to 1; what is along z is stretched, so that the head is a share of it."""
+    """An arrow from z = 0 to 1; stretching scales the head too."""
     return lathe([(0, 0), (0.35, 0), (0.35, 0.78), (1, 0.78), (0, 1)], sides=20)
 
 
 def prism(outline: Array, thickness: float) -> Mesh:
-    """A plane outline (n × 2), turning left, with a thickness about z = 0."""
+    """A plane outline (n × 2), counterclockwise, with a thickness about z = 0."""
     n = len(outline)
     low = np.column_stack([outline, np.full(n, -thickness / 2)])
     corners = np.concatenate([low, low + np.array([0, 0, thickness])])
@@ -189,24 +189,24 @@ def prism(outline: Array, thickness: float) -> Mesh:
 
 
 def _bow(half_angle: float) -> Array:
-    """Points of a circle of radius 1 about x."""
+    """Points of an arc of radius 1, symmetric about x."""
     a = np.linspace(-half_angle, half_angle, 1 + max(4, int(ROUND * half_angle / pi)))
     return np.column_stack([np.cos(a), np.sin(a)])
 
 
 def sector(radius: float, half_angle: float, thickness: float) -> Mesh:
-    """A sector about x."""
+    """A sector, symmetric about x."""
     return prism(np.concatenate([[(0, 0)], radius * _bow(half_angle)]), thickness)
 
 
 def arc(radius: float, half_angle: float, thickness: float) -> Mesh:
-    """A bent wire about x, as wide as it is thick."""
+    """A bent wire, symmetric about x, as wide as it is thick."""
     e = _bow(half_angle)
     return prism(np.concatenate([e * (radius + thickness / 2), e[::-1] * (radius - thickness / 2)]), thickness)
 
 
 def triangle(a: float, b: float, thickness: float) -> Mesh:
-    """Right, with legs along x and y."""
+    """A right triangle with legs along x and y."""
     return prism(np.array([(0, 0), (a, 0), (0, b)], float), thickness)
 
 
@@ -214,7 +214,7 @@ UNIT: dict[str, Callable[[], Mesh]] = {
     "box": box, "sphere": sphere, "ball": partial(sphere, 16), "hemisphere": hemisphere, "cylinder": cylinder, "cone": cone,
     "tube": partial(cylinder, 0.0, 1.0), "spring": spring, "damper": damper, "arrow": arrow,
 }  # fmt: skip
-"""Those that are scaled along their axes."""
+"""Unit meshes, which are scaled along their axes."""
 SIZED: dict[str, tuple[Callable[..., Mesh], tuple[str, ...]]] = {
     "frustum": (frustum, ("base", "top", "height")),
     "torus": (torus, ("radius", "tube")),
@@ -224,5 +224,5 @@ SIZED: dict[str, tuple[Callable[..., Mesh], tuple[str, ...]]] = {
     "triangle": (triangle, ("a", "b")),
     "half cylinder": (lambda radius, height, thickness=0.0: sector(radius, pi / 2, height), ("radius", "height")),
 }
-"""Those of sizes that scaling does not make; plates among them have a thickness, too."""
+"""Meshes of given sizes, as scaling would distort them; plates also have a thickness."""
 THICK = ("sector", "arc", "triangle")

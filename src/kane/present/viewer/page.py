@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a page needs to show a scene in motion: plain data, arrays packed as text, and the markup around the canvas."""
+"""The data of a page with a scene in motion: plain data, packed arrays, and the markup of the canvas."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kane.present.viewer.parts import DrawnModel, DrawnPart
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosedMotion:
-    """A motion at the instants that are shown, the poses there, and what is shown beside them, a column each."""
+    """A motion at the displayed instants, its poses, and further columns of data, `extra`."""
 
     motion: Solution
     poses: Posed
@@ -27,11 +27,11 @@ class PosedMotion:
 
     @property
     def times(self) -> Array:
-        """The instants."""
+        """The instants (s)."""
         return self.motion.t
 
     def rows(self) -> Array:
-        """A row an instant: positions, axes of frames, directions, scalars, and what is shown beside them."""
+        """One row for each instant: positions, axes of frames, directions, scalars, extra data."""
         p, n = self.poses, len(self.times)
         parts = [
             x.reshape(n, -1) for x in (p.positions, p.rotations.swapaxes(-1, -2), p.directions, p.scalars) if x.size
@@ -45,7 +45,7 @@ def packed(values: Any, kind: str) -> str:
 
 
 def packed_rows(rows: Array) -> str:
-    """Rows of floats as text: what the bits of each column change by from row to row, lowest bytes first, so that little is left."""
+    """Rows of floats as text: bit differences of each column between rows, lowest bytes first, which deflate well."""
     bits = np.ascontiguousarray(rows.T, dtype="<f4").view("<u4")
     steps = np.diff(bits, axis=1, prepend=np.zeros((len(bits), 1), dtype="<u4"))
     return deflated(steps.reshape(-1, 1).view("u1").T.tobytes())
@@ -71,7 +71,7 @@ def _part(part: DrawnPart, meshes: Sequence[str], bodies: Sequence[str]) -> dict
 def page_data(
     scene: Scene, model: DrawnModel, courses: Sequence[PosedMotion], traces: Sequence[int], camera: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The data of a page; `camera` has azimuth and height about the middle, and the direction `front` that azimuth 0 looks from."""
+    """The data of a page; `camera` has azimuth and elevation, and the direction `front` of azimuth 0."""
     names = list(model.meshes)
     bodies = list(dict.fromkeys(p.name for p in model.parts if p.role == "body"))
     meshes = [_mesh(model.meshes[name]) for name in names] + [_mesh(UNIT[name]()) for name in ("arrow", "tube")]
@@ -97,7 +97,7 @@ def _largest(courses: Sequence[PosedMotion], direction: int) -> float:
 
 
 def lowest(scene: Scene, model: DrawnModel, courses: Sequence[PosedMotion]) -> float:
-    """The height of a floor below everything, where no plane is declared; else that of the plane at first."""
+    """The height of the first declared plane at the start, or of a floor below all parts."""
     if model.planes:
         return float(courses[0].poses.positions[0, model.planes[0].at] @ model.up)
     return float(min(np.nanmin(c.poses.positions[:, scene.seen] @ model.up) for c in courses)) - 0.12 * model.size

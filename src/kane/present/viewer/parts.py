@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is drawn of a scene: parts with a mesh, and how each is placed by the numbers of a pose.
+"""The parts of a drawn scene: meshes, and how the numbers of a pose place them.
 
-A part is *rigid* (a mesh at a position, along axes, scaled by lengths), *between* two positions (a mesh from 0 to 1 along z), or has
-*corners*, three of which place it. Lines have a thickness that is a share of the scene's size.
+A part is *rigid* (a mesh at a position, along axes, scaled by lengths), *between* two positions (a mesh from 0 to 1 along z), or
+placed by three of its *corners*. The thickness of lines is proportional to the scene's size.
 """
 
 from __future__ import annotations
@@ -23,34 +23,34 @@ from kane.present.viewer.mesh_files import read
 from kane.present.viewer.meshes import SIZED, THICK, UNIT, Mesh, flat
 
 THIN = 0.016
-"""Radius of a link, a share of the scene's size."""
+"""Radius of a link, relative to the scene's size."""
 _WIDE = {
     "link": 1.0, "beam": 0.8, "bar": 0.5, "arm": 0.5, "rope": 0.35, "rod": 1.0, "spring": 2.2,
     "damper": 1.6, "particle": 2.2, "ball": 3.0, "pin": 1.5,
     "inertia": 1.0,
 }  # fmt: skip
-"""How wide lines and balls are beside a link."""
+"""Widths of lines and balls relative to a link."""
 _THICK = 0.15
-"""Of what lies in a plane, a share of the scene's size."""
+"""Thickness of plane shapes, relative to the scene's size."""
 _FAR = 4.0
-"""Sizes of the scene beyond which a motion travels."""
+"""Distance, in sizes of the scene, beyond which a motion travels."""
 _HALF = ("radius", "base", "top", "tube")
-"""Sizes from a middle."""
+"""Sizes measured from a centre."""
 _NO_LENGTHS = ("aa", "bb", "cc", "half_angle")
 _BLOCK = 5.0
-"""Edges of a block that slides, beside a link's radius."""
+"""Edge of a sliding block, relative to a link's radius."""
 
 BODIES = ("#2563a8", "#0f766e", "#7c4dbd", "#b45309", "#be3a6e", "#567d0c")
 ROLES = {"ground": "#6b7076", "constraint": "#70757a", "load": "#c2410c"}
-"""Colours as the page has them: bodies in turn, and what is beside them by its role."""
+"""Colours of the page: bodies in turn, other items by role."""
 
 Length = tuple[int, float, bool]
-"""A scalar's number (−1 for none), a factor, and whether the root is taken: factor·s, factor·√s, or the factor alone."""
+"""A scalar's index (−1 for none), a factor, and whether the root is taken: factor·s, factor·√s, or the factor alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnPart:
-    """A mesh by name, and what places it: `kind` "rigid", "between", "corners" or "plane"."""
+    """A mesh by name, and the indices that place it; `kind` is "rigid", "between", "corners" or "plane"."""
 
     kind: str
     name: str
@@ -68,8 +68,8 @@ class DrawnPart:
 class DrawnModel:
     """Parts and their meshes.
 
-    `size` is that of the scene at one instant, `middle` and `reach` (a radius) what is seen of the whole motion; where it `travels`
-    farther than is well seen, of its first instant. `up` is against gravity.
+    `size` is that of the scene at one instant, `middle` and `reach` (a radius) are those of the whole motion, or of its first
+    instant if it `travels` too far to be shown whole. `up` is the direction opposite to gravity.
     """
 
     parts: tuple[DrawnPart, ...]
@@ -84,7 +84,7 @@ class DrawnModel:
     touching: tuple[int, ...] = ()
 
     def scales(self) -> list[tuple[int, ...]]:
-        """The directions of arrows of one scale: those of contacts, where N and friction are compared, have one."""
+        """Groups of the directions of arrows with a common scale: those of contacts, to compare normal and friction forces."""
         return [self.touching, *((d,) for _, _, d in self.arrows if d not in self.touching)]
 
 
@@ -97,7 +97,7 @@ def colour_of(model: DrawnModel, part: DrawnPart) -> str:
 
 
 def model(scene: Scene, poses: Posed, up: Array) -> DrawnModel:
-    """The parts of a scene; the sizes of what is not scaled are those of the first of the poses."""
+    """The parts of a scene; sizes that are not scaled are those of the first pose."""
     size, middle, reach, travels = _extent(scene, poses, up)
     meshes: dict[str, Mesh] = {}
     parts: list[DrawnPart] = []
@@ -111,7 +111,7 @@ def model(scene: Scene, poses: Posed, up: Array) -> DrawnModel:
 
 
 _STANDS = 0.65
-"""The reach that a height wants: from so far away a screen shows 0.93 of the reach above the middle and below, less what parts add."""
+"""Reach per height: at this distance a screen shows 0.93 of the reach above and below the middle, less the size of parts."""
 
 
 def _extent(scene: Scene, poses: Posed, up: Array) -> tuple[float, Array, float, bool]:
@@ -143,7 +143,7 @@ def _size(item: Item, *names: str, root: bool = False) -> tuple[Length, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _PartBuilder:
-    """What parts are made with: sizes at first, the size of the scene, positions at first, and the meshes, which are entered."""
+    """Data for building parts: sizes and positions in the first pose, the size of the scene, and the meshes, to which builders add."""
 
     sizes: Array
     size: float
@@ -155,14 +155,14 @@ class _PartBuilder:
         return THIN * self.size
 
     def rigid(self, item: Item, mesh: str, *scale: Length, **more: Any) -> DrawnPart:
-        """A part at the item's position and along its axes, where nothing else is said."""
+        """A part at the item's position and along its axes, unless given otherwise."""
         if mesh not in self.meshes:
             self.meshes[mesh] = UNIT[mesh]()
         given = {"kind": "rigid", "at": _or_none(item.at), "axes": _or_none(item.frame), "scale": scale, **more}
         return DrawnPart(name=item.name, role=item.role, mesh=mesh, **given)
 
     def wide(self, item: Item) -> Length:
-        """How wide a line or a ball is."""
+        """The width of a line or a ball."""
         return _fixed(self.thin * _WIDE.get(item.kind, 1.0))
 
 
@@ -179,7 +179,7 @@ def _line(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
 
 
 def _scaled(mesh: str, *names: str) -> Callable[[Item, _PartBuilder], Iterator[DrawnPart]]:
-    """A unit mesh, scaled by the sizes of these names; "" stands for what is thin."""
+    """A unit mesh, scaled by sizes with these names; "" means thin."""
 
     def parts(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
         yield b.rigid(item, mesh, *(_size(item, k)[0] if k else _fixed(b.thin) for k in names))
@@ -232,7 +232,7 @@ def _baked(item: Item, name: str, b: _PartBuilder, make: Callable[[], Mesh]) -> 
 
 
 def _hull(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
-    """The hull of points of a body, of what lies in a plane with a thickness; a line where they lie on one."""
+    """The convex hull of points of a body, with a thickness if they are coplanar; a line if they are collinear."""
     p = b.positions[list(item.points)]
     third = _off_line(p)
     if third is None:
@@ -256,7 +256,7 @@ def _hull(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
 
 
 def _off_line(p: Array) -> int | None:
-    """A point that is not on the line of the first two."""
+    """The index of a point that is not on the line of the first two; None if all are."""
     size = np.abs(p - p[0]).max(initial=0.0)
     away = [float(np.linalg.norm(np.cross(p[1] - p[0], x - p[0]))) for x in p] if len(p) > 2 else []
     k = int(np.argmax(away)) if away else 0
@@ -283,4 +283,4 @@ _PARTS: dict[str, Callable[[Item, _PartBuilder], Iterator[DrawnPart]]] = {
     "mesh": _file,
     "plane": _plane,
 }
-"""What draws each kind of item."""
+"""The builder of each kind of item."""

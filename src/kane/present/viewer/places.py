@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where parts are at each instant: an affine map a part, from its mesh to the scene, along the inertial frame's axes.
+"""The placement of parts at each instant: for each an affine map from its mesh to the scene, along the inertial axes.
 
 rigid     x ↦ p + R diag(s) x
 between   x ↦ p + Q diag(w, w, |q − p|) x,    Q e₃ = (q − p)/|q − p|
@@ -17,7 +17,7 @@ from kane.present.viewer.parts import DrawnModel, Length
 
 
 def transforms(model: DrawnModel, poses: Posed) -> Array:
-    """Of shape (instants, parts, 3, 4): the columns of the map, then the shift."""
+    """The maps (instants × parts × 3 × 4): three columns of the matrix, then the translation."""
     positions, count = poses.positions, len(poses.positions)
     out = np.zeros((count, len(model.parts), 3, 4))
     for k, part in enumerate(model.parts):
@@ -44,6 +44,6 @@ def _length(length: Length, scalars: Array) -> Array:
     if number < 0:
         return np.full(len(scalars), factor)
     value = scalars[:, number]
-    if root:  # of an ellipsoid of inertia, which what has no mass has none of
+    if root:  # semi-axes of the ellipsoid of inertia, not a number without mass
         value = np.sqrt(np.where(np.isfinite(value), np.maximum(value, 0.0), 0.0))
     return np.asarray(factor * value)

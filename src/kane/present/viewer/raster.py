@@ -31,19 +31,19 @@ SIZE = (800, 480)
 PAPER, RULE, SHADOW, PATH = "#f4f4ef", "#cfcfc9", "#d3d3cd", "#b3266b"
 _RATE = 25
 _MARK = b"made by kane"
-"""By what a GIF, WebP or MP4 is known; a PNG is by its software."""
+"""The mark by which a GIF, WebP or MP4 is recognized; a PNG by its software entry."""
 _SPREAD = 0.26
 """Half the angle of view, rad."""
 _GHOST = 0.3
-"""How much of its colour a ghost has, beside that of the paper."""
+"""Opacity of a ghost."""
 _LINES = 24
-"""Lines of the floor's grid each way."""
+"""Number of lines of the floor's grid in each direction."""
 
 
 class PictureView(NamedTuple):
-    """What is drawn, from where (`front` is the direction that azimuth 0 looks from), above what floor, in how many seconds.
+    """The drawn model, motions, camera (`front` is the direction of azimuth 0), floor height and duration (s).
 
-    Of several motions those after the first are ghosts; `traces` are the positions whose paths in the first are drawn.
+    Motions after the first are ghosts; `traces` are the indices of positions whose paths in the first motion are drawn.
     """
 
     model: DrawnModel
@@ -57,7 +57,7 @@ class PictureView(NamedTuple):
 
 
 def write(shot: PictureView, place: Path) -> None:
-    """Draw the motion into a file, whose ending says how."""
+    """Draw the motion into a file, in the format of its ending."""
     end = place.suffix.lower()
     with working("Drawing"):
         pictures = frames(shot, first=end == ".png")
@@ -82,7 +82,7 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
         raise ArgumentError(
             "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
         ) from None
-    told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # pages play it while it loads
+    told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # playable while loading
     writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
     writer.send(None)
     for p in pictures:
@@ -91,7 +91,7 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
 
 
 def frames(shot: PictureView, first: bool = False) -> Iterator[Image.Image]:
-    """The pictures, `_RATE` a second of what is played."""
+    """The pictures, `_RATE` per second of the animation."""
     own = shot.courses[0]
     now = np.linspace(own.times[0], own.times[-1], 1 if first else max(2, round(_RATE * shot.played)))
     nearest = [np.interp(now, c.times, np.arange(len(c.times))).round().astype(int).tolist() for c in shot.courses]
@@ -131,7 +131,7 @@ def _picture(shot: PictureView, places: Sequence[Array], paths: Array) -> Image.
         points = mesh.vertices @ place[:, :3].T + place[:, 3]
         p = points[mesh.triangles]
         n = unit_rows(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-        kept = np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0  # n of no area is zero
+        kept = np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0  # the normal of a degenerate triangle is zero
         corners, depth = seen(points)
         flat, _ = seen(points - np.outer((points @ up - low) / (light @ up), light))
         tone = mesh.tones[mesh.triangles].mean(axis=1)[:, None]
@@ -150,7 +150,7 @@ def _picture(shot: PictureView, places: Sequence[Array], paths: Array) -> Image.
     ax.axis("off")
     lines = _floor(seen, model, eye - 3.5 * model.reach * axes[2], low)
     ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1), autolim=False)
-    # Arrays: lists of triangles take twice as long, but types of matplotlib know only these.
+    # Any: arrays are twice as fast, but matplotlib's annotations allow lists of triangles only
     shaded: Any = np.concatenate(shadows)
     faces: Any = np.concatenate(shapes)[order]
     shown = np.concatenate(colours)[order]
