@@ -24,16 +24,17 @@ def at(eom, name, yaw):
     return {"q": found.q, "u": found.u}
 
 
-def by_rates(name):
+def by_rates(name, dependent=()):
     """The cure: the same with u = q̇."""
-    return kn.derive(SYSTEMS[name]().replace(speeds="rates", dependent_speeds=()))
+    return kn.derive(SYSTEMS[name]().replace(speeds="rates", dependent_speeds=dependent))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("yaw", [np.pi / 2, np.pi / 2 - 1e-8, np.pi / 2 + 1e-5])
 def test_at_the_pole_it_is_named_and_the_cure_works(name, yaw):
-    eom, cured = kn.derive(SYSTEMS[name]()), by_rates(name)
+    # of a sled's rates u_y, which follows where motions begin, does not at the pole, as evaluate says
+    eom, cured = kn.derive(SYSTEMS[name]()), by_rates(name, ("u_x",) if name == "sled" else ())
     with pytest.raises(kn.SingularError, match=rf"W of q' = W u \+ X that divides by cos\(yaw\).*{TOLD}"):
         kn.linearize(eom, **at(eom, name, yaw), steady=False)
     with pytest.raises(kn.SingularError, match=TOLD):

@@ -62,7 +62,7 @@ BAD: dict[str, Bad] = {
         "ModelError", "one symbol of the name 'L'", "kn.parameter('L', 0.8", "kn.parameter('L', 0.9", "Declare it once"),
     "name_in_two_roles": error(
         "ModelError", "one symbol of the name 'u1'", "kn.parameter('u1', 30.0", "kn.speed('u1'", "or rename one"),
-    "symbol_in_two_roles": error("SpeedsError", "keys of speeds=, got q (Coordinate), which has that role", "Declare a kn.speed"),
+    "symbol_in_two_roles": error("SpeedsError", "keys of speeds=, got q (Coordinate)", "Declare a kn.speed"),
     "speed_in_position": error("ModelError", "positions and orientations in coordinates", "got u2 (Speed)", "Declare a kn.coordinate"),
     "coordinates_not_unpacked": error(
         "ExpressionError", "got tuple: (q,)", "unpack it", "kn.coordinate(…)", at='N.rotate("B", q, N.z)'),

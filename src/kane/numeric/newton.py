@@ -12,16 +12,14 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from kane.numeric.arrays import Array, Indices, Mask, medians
-from kane.numeric.rank import least_squares
-from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, NEAR_SINGULAR, ROUNDED, ROUNDED_CHAIN
+from kane.numeric.rank import least_squares, singular
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, NEAR_SINGULAR, ROUNDED, ROUNDED_CHAIN, ROUNDED_TERMS
 
 T = TypeVar("T")
 Residual = Callable[[Array], tuple[Array, Array]]
 """f (m) and ∂f/∂x (m × n) at x (n)."""
 
 _HALVINGS = 30
-_FIRMLY = 0.1
-"""Share of f below which a step leaves it that is taken without directions along which f hardly changes."""
 _STRAIGHT, _GROWTH = 0.1, 4.0
 """Where f differs from its tangent by no more than this share of a step's change, the trust region grows by this factor."""
 
@@ -63,15 +61,7 @@ def close(
             break
         slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
         before = length
-        change = least_squares(slopes, -f / rows, FIXED_SHARE)
-        # weak rows may follow from the others on the solution: include them only if the others alone do not reduce f enough
-        firm = least_squares(slopes, -f / rows, NEAR_SINGULAR)
-        if np.any(firm != change):
-            x = best.x.copy()
-            x[columns] += firm * scale
-            other, _ = function(x)
-            if np.linalg.norm(other / rows) < _FIRMLY * before:
-                change = firm
+        change = _least_step(slopes, -f / rows)
         within = share = radius / max(radius, np.abs(change).max(initial=0))
         for _ in range(_HALVINGS):
             x = best.x.copy()
@@ -91,6 +81,21 @@ def close(
         if length > (1 - 1e-3 * within) * before:
             break
     return best
+
+
+def _least_step(slopes: Array, right: Array) -> Array:
+    """The least x (n) of those nearest to A x = right (m), without components of `right` that are rounding in weak directions of A.
+
+    Close to a configuration a row that follows from the others there seems to be independent, by as much as the rest is open.
+    """
+    change = least_squares(slopes, right, FIXED_SHARE)
+    whole = singular(slopes)
+    if whole.rank(FIXED_SHARE) > whole.rank(NEAR_SINGULAR):
+        weak = slice(whole.rank(NEAR_SINGULAR), whole.rank(FIXED_SHARE))
+        parts = whole.left[:, weak].T @ right
+        parts[np.abs(parts) > ROUNDED_TERMS] = 0.0
+        change = change - whole.right[weak].T @ (parts / whole.values[weak])
+    return change
 
 
 def closest(
