@@ -33,8 +33,8 @@ from kane.equations.mode_equations import (
 )
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import ZERO, Expr
-from kane.model.contact_modes import groups, stands
-from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
+from kane.model.contact_modes import groups, may_be_redundant, stands
+from kane.model.contacts import ContactLaw, ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import ContactRunner, Went, rests, runner
 from kane.motion.course import Method, Pace
@@ -714,7 +714,7 @@ class _ContactCourse:
     def _runner(self) -> ContactRunner | None:
         """The kernel of the automaton; None if Python runs the whole motion: see `left_to_python`."""
         at = self.at
-        if any(left_to_python(at.inputs, self.method, self.span).values()):
+        if any(left_to_python(at.contacts, at.inputs, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
         result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
@@ -857,13 +857,16 @@ class _ContactCourse:
         self.by = (event,)
 
 
-def left_to_python(inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> dict[str, bool]:
+def left_to_python(
+    contacts: Sequence[ContactLaw], inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]
+) -> dict[str, bool]:
     """The features that the kernel of the automaton does not support, and whether a motion has them.
 
     `ContactRunner.place` leaves single modes to Python, `unsure` of `kane.motion.hybrid.contact_decisions` single decisions.
     """
     laws = [f for f in inputs.values() if constant(f) is None]
     return {
+        "a body on more feet than three": may_be_redundant(contacts),
         "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in laws),
         "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in laws),
         "breakpoints": bool(method.breakpoints),
