@@ -179,7 +179,6 @@ def four_bars(other: Path, count: int = 10_000, pairs: int = 15) -> None:
     few = [kn.simulate(eom, (0, END), parameters={"a": a}, **given) for a in cranks(count)[::100]]
     left = max(np.abs(r).max() for sol in few for r in sol.constraint_residuals.values())
     print(f"{count} four-bars: constraints are left {left:.1e} m and rad/s at most, in a hundredth of them")
-    side.seconds(ONE_BY_ONE)
     result = paired(run, lambda: side.seconds(ONE_BY_ONE), pairs)
     ratios = [b / MOTIONS / (a / count) for a, b in zip(result.a, result.b, strict=True)]
     print(f"{count} four-bars: {median(result.a) / count * 1e3:.3f} ms a motion, {median(ratios):.0f} times a loop")

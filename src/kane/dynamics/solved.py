@@ -50,7 +50,7 @@ class AffineConstraints(NamedTuple):
 class Reading(NamedTuple):
     """A numerical reading: `walk` evaluates the first `asked` expressions, then A u + b of the constraints `names`, then its limits.
 
-    `concerned` are the indices of expressions that redundant rows could change.
+    `concerned` are the indices of expressions that redundant rows could change, or without constraints a singular M.
     """
 
     walk: Walk

@@ -476,7 +476,7 @@ def table_of(op: Piecewise) -> Table | None:
         x, y = (data.ends, data.coefficients[1:, 0]) if data.period is None else (data.centers, data.coefficients[:, 0])
         for kind in _KINDS:
             try:
-                made = table(x, y, kind, name=base.label, unit=base.unit, of=base.of)  # type: ignore[arg-type]
+                made = table(x.tolist(), y.tolist(), kind, name=base.label, unit=base.unit, of=base.of)
             except ExpressionError:
                 continue
             if made.op is base and made.derivative(op.order).op is op:
@@ -542,7 +542,7 @@ def _steps(x: Numbers, y: Numbers) -> Data:
     return Data(x, np.concatenate([x[:1], x]), np.concatenate([y[:1], y])[:, None])
 
 
-_KINDS: dict[str, Callable[[Numbers, Numbers], Data]] = {
+_KINDS: dict[Kind, Callable[[Numbers, Numbers], Data]] = {
     "linear": _linear,
     "cubic": _cubic,
     "periodic": _periodic,

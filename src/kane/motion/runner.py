@@ -75,10 +75,10 @@ _REACHED = (ReturnCode.END, ReturnCode.LIMIT, ReturnCode.EVENT)
 def judged(eom: Equations) -> Bundle[Array]:
     """K, E = K + V, and the least relative pivot: of M to its diagonal, of W and of trees to the sizes at a random configuration."""
     rows = [] if eom.solved.route in WAYS else [list(row) for row in eom.mass_matrix]
-    own = [*moving(eom), *(eom.solved.free_pivots if eom.solved.route in WAYS else ())]
-    shares = [
-        div(NODE_BUILDERS["abs"](p), constant_node(abs(x) or 1.0)) for p, x in zip(own, sample(own, SEED), strict=True)
-    ]
+    own = moving(eom)
+    sizes = dict(zip(own, (constant_node(abs(x) or 1.0) for x in sample(own, SEED)), strict=True))
+    sizes |= eom.solved.free_pivots if eom.solved.route in WAYS else {}
+    shares = [div(NODE_BUILDERS["abs"](p), usual) for p, usual in sizes.items()]
     roots = without_unknowns(eom.solved, [eom.kinetic_energy, eom.energy, _least_pivot(rows, shares)])
     return Bundle("judged", ports(eom.derived), only, {"judged": roots}, ["K", "E", "pivot"])
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from kane.numeric.arrays import Array, Indices, Mask, medians
-from kane.numeric.rank import least_squares, singular
+from kane.numeric.rank import singular
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, NEAR_SINGULAR, ROUNDED, ROUNDED_CHAIN, ROUNDED_TERMS
 
 T = TypeVar("T")
@@ -60,9 +60,9 @@ def close(
         if not math.isfinite(length) or np.abs(best.residual / rows).max(initial=0) <= limit or not columns:
             break
         slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
-        before = length
         change = _least_step(slopes, -f / rows)
         within = share = radius / max(radius, np.abs(change).max(initial=0))
+        before = length
         for _ in range(_HALVINGS):
             x = best.x.copy()
             x[columns] += share * change * scale
@@ -88,14 +88,14 @@ def _least_step(slopes: Array, right: Array) -> Array:
 
     Close to a configuration a row that follows from the others there seems to be independent, by as much as the rest is open.
     """
-    change = least_squares(slopes, right, FIXED_SHARE)
-    whole = singular(slopes)
-    if whole.rank(FIXED_SHARE) > whole.rank(NEAR_SINGULAR):
+    change, _, _, values = np.linalg.lstsq(slopes, right, rcond=FIXED_SHARE)
+    if np.any((values > FIXED_SHARE * values[:1]) & (values <= NEAR_SINGULAR * values[:1])):
+        whole = singular(slopes)
         weak = slice(whole.rank(NEAR_SINGULAR), whole.rank(FIXED_SHARE))
         parts = whole.left[:, weak].T @ right
         parts[np.abs(parts) > ROUNDED_TERMS] = 0.0
         change = change - whole.right[weak].T @ (parts / whole.values[weak])
-    return change
+    return np.asarray(change)
 
 
 def closest(

@@ -225,9 +225,11 @@ def check_mass_matrix(
     doubtful = np.argwhere(~surely_regular(several, SOLVE_RANK).reshape(m.shape[:-2]))
     open_ = {tuple(map(int, place)): open_speeds(m[tuple(place)]) for place in doubtful}
     free = sorted({k for found in open_.values() for k in found})
+    if not free:
+        return kept
     given = {x for own in (solved.accelerations, solved.shown[0]) for k, x in enumerate(own) if k not in free}
     wrong = [k for k in read.concerned if not (solved.solved_for - given).isdisjoint(postorder([roots[k]]))]
-    if free and wrong:
+    if wrong:
         where = np.zeros(m.shape[:-2], dtype=bool)
         for place, found in open_.items():
             where[place] = bool(found)
