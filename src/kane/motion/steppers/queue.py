@@ -7,14 +7,17 @@ from kane.motion.steppers.context import CLEARED, LOADED, QUEUE, SAVED, Slot
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Writer
 
+NEAR = 1 / 64
+"""A lane that has ended waits for lanes that end within this share of their steps, so that lanes with similar motions stay abreast:
+they then have samples in the same steps, and the code that writes samples is executed once for all of them."""
 NEXT, COUNT, SIZES = 0, 1, 2
 """Indices in `queue`: the next instance, their number, the sizes of the arrays; then the instance of each lane, −1 for none."""
 
 
 def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
-    """The kernel that `width` lanes call when some have ended, those with nonzero BACK; it becomes zero if another one is loaded.
+    """The kernel that `width` lanes call while some have ended, those with nonzero BACK.
 
-    `names` are the arrays of an instance; of the logs of events and actions only the filled part is stored.
+    BACK becomes 0 if another instance is loaded, and −1 if the lane waits for others that are near their ends. `names` are the arrays of an instance; of the logs of events and actions only the filled part is stored.
     """
     w = Writer(f"next{width}")
     w.number("lanes")
@@ -34,22 +37,31 @@ def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
             yield name, arrays[name], at
             at = at + sizes[name]
 
-    with w.few(width) as lane, w.when(arrays["s"][lane + int(Slot.BACK) * width] > 0.0):
+    def slot(lane: Term, at: Slot) -> Term:
+        return arrays["s"][lane + int(at) * width]
 
-        def filled(name: str) -> Term:
-            told = {"log": (Slot.LOGGED, w.integer(2)), "jumps": (Slot.JUMPS, sizes["y"] * 2 + 2)}
-            if name not in told:
-                return sizes[name]
-            slot, each = told[name]
-            return w.compute("int", arrays["s"][lane + int(slot) * width]) * each
+    def filled(name: str, lane: Term) -> Term:
+        told = {"log": (Slot.LOGGED, w.integer(2)), "jumps": (Slot.JUMPS, sizes["y"] * 2 + 2)}
+        if name not in told:
+            return sizes[name]
+        count, each = told[name]
+        return w.compute("int", slot(lane, count)) * each
 
+    waits = w.variable("waits", INT)
+    waits.put(0)
+    with w.few(width) as lane, w.when(slot(lane, Slot.BACK).equals(0.0)):
+        rest = slot(lane, Slot.END) - slot(lane, Slot.TIME)
+        with w.when(rest <= slot(lane, Slot.STEP) * slot(lane, Slot.STEPS) * NEAR):
+            waits.put(1)
+    with w.few(width) as lane, w.when(~slot(lane, Slot.BACK).equals(0.0)):
         own = w.compute("int", queue[own_at + lane])
         with w.when(own >= 0):
             for name, array, at in places(SAVED, own):
-                with w.few(filled(name)) as k:
+                with w.few(filled(name, lane)) as k:
                     results[at + k] = array[k * width + lane]
+            queue[own_at + lane] = -1.0
         new = w.compute("int", queue[NEXT])
-        with w.when(new < w.compute("int", queue[COUNT])):
+        with w.when((new < w.compute("int", queue[COUNT])) & (waits.get() < 1)):
             for name, array, at in places(LOADED, new):
                 with w.few(sizes[name]) as k:
                     array[k * width + lane] = instances[at + k]
@@ -60,5 +72,6 @@ def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
             queue[own_at + lane] = queue[NEXT]
             queue[NEXT] = queue[NEXT] + 1.0
         with w.otherwise():
-            queue[own_at + lane] = -1.0
+            left = new < w.compute("int", queue[COUNT])
+            arrays["s"][lane + int(Slot.BACK) * width] = w.select(left, -1.0, 1.0)
     return w.finished(back)
