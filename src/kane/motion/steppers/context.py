@@ -6,7 +6,6 @@ of two doubles, the value and its rounding error (compensated summation).
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from enum import IntEnum
 from typing import Literal
 
@@ -135,7 +134,7 @@ class StepperContext:
         w, self.fixed = self.writer, fixed
         if self.queued:
             self.back.put(1)
-        with w.repeat(self.goes_on), self.unless_waiting():
+        with w.repeat(self.goes_on):
             admitted = self.get(Slot.FRESH) > 1.0
             with w.when(self.get(Slot.FRESH) > 0.0):
                 begin()
@@ -157,17 +156,13 @@ class StepperContext:
         if self.queued:
             arrays = [*turned_over(w.arguments), *(w.array(name).argument.name for name in QUEUE)]
             take_next = w.callee("next", *(RATE[-1] for _ in arrays))
-            with w.when((self.back.get() < 0) | (self.back.get() > 0)):
+            with w.when(self.back.get() > 0):
                 self.put(Slot.BACK, w.compute("float", self.back.get()))
                 take_next(*(Address(name, Immediate(INT, 0)) for name in arrays))
                 self.back.put(w.compute("int", self.get(Slot.BACK)))
-                with w.when(self.back.get().equals(0)):
+                with w.when(self.back.get() < 1):
                     w.rehoist(self.p)
         return self.back.get() < 1
-
-    def unless_waiting(self) -> AbstractContextManager[None]:
-        """The block of a step, which a lane skips that waits for another instance."""
-        return self.writer.when(self.back.get() > -1) if self.queued else nullcontext()
 
     def forget(self) -> None:
         """Resets all variables but the return code after a queued instance has ended."""

@@ -15,9 +15,9 @@ NEXT, COUNT, SIZES = 0, 1, 2
 
 
 def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
-    """The kernel that `width` lanes call while some have ended, those with nonzero BACK.
+    """The kernel that `width` lanes call when some have ended, those with nonzero BACK; it becomes zero if another one is loaded.
 
-    BACK becomes 0 if another instance is loaded, and −1 if the lane waits for others that are near their ends. `names` are the arrays of an instance; of the logs of events and actions only the filled part is stored.
+    A lane that waits projects its last state, by FRESH = 2, so that it has ended again after one round. `names` are the arrays of an instance; of the logs of events and actions only the filled part is stored.
     """
     w = Writer(f"next{width}")
     w.number("lanes")
@@ -37,23 +37,26 @@ def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
             yield name, arrays[name], at
             at = at + sizes[name]
 
-    def slot(lane: Term, at: Slot) -> Term:
+    def get(lane: Term, at: Slot) -> Term:
         return arrays["s"][lane + int(at) * width]
+
+    def put(lane: Term, at: Slot, value: float) -> None:
+        arrays["s"][lane + int(at) * width] = value
 
     def filled(name: str, lane: Term) -> Term:
         told = {"log": (Slot.LOGGED, w.integer(2)), "jumps": (Slot.JUMPS, sizes["y"] * 2 + 2)}
         if name not in told:
             return sizes[name]
         count, each = told[name]
-        return w.compute("int", slot(lane, count)) * each
+        return w.compute("int", get(lane, count)) * each
 
     waits = w.variable("waits", INT)
     waits.put(0)
-    with w.few(width) as lane, w.when(slot(lane, Slot.BACK).equals(0.0)):
-        rest = slot(lane, Slot.END) - slot(lane, Slot.TIME)
-        with w.when(rest <= slot(lane, Slot.STEP) * slot(lane, Slot.STEPS) * NEAR):
+    with w.few(width) as lane, w.when(get(lane, Slot.BACK).equals(0.0) & (queue[own_at + lane] >= 0.0)):
+        rest = get(lane, Slot.END) - get(lane, Slot.TIME)
+        with w.when(rest <= get(lane, Slot.STEP) * get(lane, Slot.STEPS) * NEAR):
             waits.put(1)
-    with w.few(width) as lane, w.when(~slot(lane, Slot.BACK).equals(0.0)):
+    with w.few(width) as lane, w.when(~get(lane, Slot.BACK).equals(0.0)):
         own = w.compute("int", queue[own_at + lane])
         with w.when(own >= 0):
             for name, array, at in places(SAVED, own):
@@ -61,17 +64,18 @@ def queue_kernel(width: int, names: Sequence[str]) -> Kernel:
                     results[at + k] = array[k * width + lane]
             queue[own_at + lane] = -1.0
         new = w.compute("int", queue[NEXT])
-        with w.when((new < w.compute("int", queue[COUNT])) & (waits.get() < 1)):
-            for name, array, at in places(LOADED, new):
-                with w.few(sizes[name]) as k:
-                    array[k * width + lane] = instances[at + k]
-            for name in CLEARED:
-                if name in arrays:
+        with w.when(new < w.compute("int", queue[COUNT])):
+            with w.when(waits.get() > 0):
+                put(lane, Slot.BACK, 0.0)
+                put(lane, Slot.FRESH, 2.0)
+            with w.otherwise():
+                for name, array, at in places(LOADED, new):
                     with w.few(sizes[name]) as k:
-                        arrays[name][k * width + lane] = 0.0
-            queue[own_at + lane] = queue[NEXT]
-            queue[NEXT] = queue[NEXT] + 1.0
-        with w.otherwise():
-            left = new < w.compute("int", queue[COUNT])
-            arrays["s"][lane + int(Slot.BACK) * width] = w.select(left, -1.0, 1.0)
+                        array[k * width + lane] = instances[at + k]
+                for name in CLEARED:
+                    if name in arrays:
+                        with w.few(sizes[name]) as k:
+                            arrays[name][k * width + lane] = 0.0
+                queue[own_at + lane] = queue[NEXT]
+                queue[NEXT] = queue[NEXT] + 1.0
     return w.finished(back)
