@@ -15,7 +15,7 @@ from tests.systems.four_bar import BAR, EOM
 q1, q2, q3 = BAR.q
 QUICK = "slider"
 KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in CLOSED]
-TURNED = "on the branch that the closures mean, got 'G' with its (axis|frame|thread) turned by (120|180)°"
+TURNED = "on the intended branch of the closures, got 'G' with its (axis|frame|thread) turned by (120|180)°"
 
 
 def orientation(found, body):
@@ -35,7 +35,7 @@ def test_a_start_on_another_branch_is_refused_and_the_cure_works(kind):
             found = kn.assemble(eom, q=q)
             assert found.q == pytest.approx(q)
         elif np.abs(rows).max() < 1e-12:
-            with pytest.raises(kn.SimulationError, match=f"{TURNED}.* On it lies .*kn.guess"):
+            with pytest.raises(kn.SimulationError, match=f"{TURNED}.* The intended branch contains .*kn.guess"):
                 kn.assemble(eom, q=q)
             with pytest.raises(kn.SimulationError, match=TURNED):
                 kn.simulate(eom, (0, 1), q=q, u=[0] * len(eom.speeds))
@@ -95,7 +95,7 @@ def test_angles_are_those_nearest_to_the_guess_and_count_once(turns):
 
 
 def test_all_branches_want_values_that_leave_nothing_free():
-    with pytest.raises(kn.ValueMissingError, match=r"got 1 too few: q1, q2, q3 can still move\. Give 1 of them\.$"):
+    with pytest.raises(kn.ValueMissingError, match=r"got 1 too few: q1, q2, q3 can still vary\. Give 1 of them\.$"):
         kn.assemble(EOM, q={q: kn.guess(0.4) for q in BAR.q}, all_branches=True)
 
 

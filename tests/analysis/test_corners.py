@@ -46,7 +46,7 @@ ALIKE = {
 @pytest.mark.parametrize("name", ALIKE)
 def test_one_corner_has_one_verdict_and_one_derivative_a_side_however_it_is_written(name):
     force = -ALIKE[name] - x
-    with pytest.raises(kn.CornerError, match=r"in the push turns at x = 0.*side=\{'x': 1\} or side=\{'x': -1\}"):
+    with pytest.raises(kn.CornerError, match=r"in the push switches at x = 0.*side=\{'x': 1\} or side=\{'x': -1\}"):
         rows(force)
     assert rows(force, {"x": 1})[0].tolist() == [-2, 0, 0, 0]
     assert rows(force, {x: -0.3})[0].tolist() == [-1, 0, 0, 0]
@@ -123,7 +123,7 @@ def test_a_kink_of_a_constraint_has_a_tangent_on_each_side():
         near={x: 1.0},
     )  # fmt: skip
     at = {"q": {"x": 0, "y": 0}, "u": {"v": 0.0, "w": 0.0}, "outputs": {"rise": y}}
-    with pytest.raises(kn.CornerError, match=r"in the constraint .*turns at x = 0"):
+    with pytest.raises(kn.CornerError, match=r"in the constraint .*switches at x = 0"):
         kn.linearize(eom, **at)
     for side, slope in ((1, 3.0), (-1, -0.5)):
         one = kn.linearize(eom, **at, side={"x": side})
@@ -147,7 +147,7 @@ def test_an_equilibrium_found_beside_a_corner_by_rounding_is_on_it():
 def test_linearization_in_symbols_names_corners_and_passes_what_is_smooth():
     k = kn.parameter("k", 2.0)
     for force in ALIKE.values():
-        with pytest.raises(kn.CornerError, match=r"turns at x = 0.*kn\.linearize\(eom, …, side=…\)"):
+        with pytest.raises(kn.CornerError, match=r"switches at x = 0.*kn\.linearize\(eom, …, side=…\)"):
             kn.linearize_symbolic(plane(-k * x - force, -y), {x: 0, y: 0, v: 0, w: 0})
     smooth = plane(-k * x - x * abs(x) + kn.sign(x) * abs(x), -y)
     assert str(kn.linearize_symbolic(smooth, {x: 0, y: 0, v: 0, w: 0}).A[2, 0]) == "1 - k"
@@ -168,7 +168,7 @@ def test_equilibria_at_which_accelerations_jump_are_warned_of():
 def test_a_branch_through_a_corner_has_there_the_eigenvalues_of_one_side_and_says_so():
     F = kn.input("F")
     eom = plane(F - x - kn.max(x, 0) - v * positive(x, 0.2, 0.4), -y - w)
-    with pytest.warns(kn.KaneWarning, match=r"got corners at F = .*turns at x = 0"):
+    with pytest.warns(kn.KaneWarning, match=r"got corners at F = .*switches at x = 0"):
         branch = kn.continuation(eom, F, [-1, -0.5, 0, 0.5, 1])
     left, right = (np.linalg.eigvals([[0, 1], [-k, -d]])[0] for k, d in ((1, 0.4), (2, 0.2)))
     for k, roots in enumerate(branch.eigenvalues):

@@ -72,6 +72,6 @@ def test_a_bicycle_laid_flat_is_named():
     for free in (("phi",), ("phi", "theta")):
         state = kn.assemble(eom, q={k: kn.guess(x) if k in free else x for k, x in flat.items()}, u=None)
         np.testing.assert_allclose(eom.evaluate([c.expr for c in eom.system.holonomic], q=state.q), 0, atol=1e-12)
-    told = "finite, got infinity or NaN of 'front wheel on the road'|'front wheel on the road' resists most, which is not finite"
+    told = "finite, got infinity or NaN of 'front wheel on the road'|is largest in 'front wheel on the road', which is not finite"
     with pytest.raises(kn.SimulationError, match=told):
         kn.assemble(eom, q=flat | {"theta": kn.guess(0.0)}, u=None)

@@ -207,7 +207,7 @@ def test_forces_that_do_not_fit_are_refused():
         (np.ones((4, 3)), "to one shape"),
         (np.ones(9), r"got the shapes \(9, 1, 10\) and \(9,\)"),
         (np.full((9, 1), np.nan), "finite"),
-        (np.zeros((9, 1)), "tell something"),
+        (np.zeros((9, 1)), "forces that are not all zero, got only zeros"),
         ("some", "in numbers"),
     ):
         with pytest.raises(kn.SimulationError, match=match):

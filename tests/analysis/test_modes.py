@@ -98,7 +98,7 @@ def test_what_depends_on_a_state_is_told_beside_its_own_row():
         linear.without(y)
     with pytest.raises(kn.SimulationError, match="got z: the output place depends on it"):
         linear.without("cyclic")
-    with pytest.raises(kn.SimulationError, match="move by themselves, got y, which depends on x"):
+    with pytest.raises(kn.SimulationError, match="do not depend on others, got y, which depends on x"):
         linear.second_order(y)
     np.testing.assert_allclose(linear.second_order([x, y]).K, [[2e9, 0], [-1, 1]])
 

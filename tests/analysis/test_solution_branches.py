@@ -151,10 +151,10 @@ def test_what_cannot_be_followed():
         kn.ValueMissingError, match=r"a value of the system to change, one of q1, u1, (b, )?tau(, b)?, got 'sigma'"
     ):
         kn.continuation(eom, "sigma", [1, 2], q={"q1": kn.guess(0)}, u={"u1": 0})
-    with pytest.raises(kn.SimulationError, match=r"there remains u1' = 2"):
+    with pytest.raises(kn.SimulationError, match=r"the residuals are u1' = 2"):
         kn.continuation(eom, "tau", [12, 14], q={"q1": kn.guess(0)}, u={"u1": 0})
     with pytest.raises(kn.SimulationError, match=r"q= by symbol or name where q1 changes"):
         kn.continuation(eom, "q1", [0, 1], q=[0], u={"u1": 0}, inputs={"tau": kn.guess(0)})
     disk = systems.rolling_disk()
-    with pytest.raises(kn.ValueMissingError, match=r"leave one branch, got a family: .*u2.*u3"):
+    with pytest.raises(kn.ValueMissingError, match=r"determine one branch, got a family of branches: .*u2.*u3"):
         kn.continuation(disk, "q2", [0.1, 0.3], u={"u3": kn.guess(-9.0), "u2": kn.guess(0.5)})

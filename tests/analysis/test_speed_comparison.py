@@ -113,7 +113,7 @@ def test_what_is_no_set_of_speeds_is_named():
         kn.compare_speeds(system, candidates, routes=["fast"])
     with pytest.raises(kn.ModelError, match="by name"):
         kn.compare_speeds(system, ["rates"])
-    with pytest.raises(kn.ModelError, match="a motion along= which it is, got 3"):
+    with pytest.raises(kn.ModelError, match="a motion as along=, got 3"):
         kn.compare_speeds(system, candidates, along=3)
     with pytest.raises(kn.ModelError, match="methods to compare"):
         kn.compare_methods(system, [])

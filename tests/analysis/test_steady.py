@@ -70,7 +70,8 @@ def test_independent_speeds_that_change_are_told_which_would_not():
     eom = kn.derive(disk())
     state = upright(eom, 0.2)
     with pytest.raises(
-        kn.SimulationError, match=r"With independent speeds u1, u2, u3 it is a steady motion: name those, or none"
+        kn.SimulationError,
+        match=r"With independent speeds u1, u2, u3 it is a steady motion: name these in independent=, or leave it out",
     ):
         kn.linearize(eom, q=state.q, u=state.u, independent=["u1", "u2", "u5"])
     linear = kn.linearize(eom, q=state.q, u=state.u, independent=["u1", "u2", "u3"])

@@ -79,12 +79,10 @@ def test_points_that_are_refused():
     eom = systems.rolling_disk()
     still = dict.fromkeys(["q1", "q2", "q3", "q4", "q5", "u1", "u2", "u3", "u4", "u5"], 0.0)
     with pytest.raises(
-        kn.SimulationError, match=r"a point on the constraints, got one that misses rolling of C\^ 1 by 0\.9"
+        kn.SimulationError, match=r"a point on the constraints, got one that violates rolling of C\^ 1 by 0\.9"
     ):
         kn.linearize_symbolic(eom, still | {"u3": 3.0})
-    with pytest.raises(
-        kn.SimulationError, match=r"equilibrium or a steady motion, got a point where there remains u1' = -7\.73"
-    ):
+    with pytest.raises(kn.SimulationError, match=r"equilibrium or a steady motion, got a point at which u1' = -7\.73"):
         kn.linearize_symbolic(eom, still | {"q2": 0.3})
     with pytest.raises(kn.ValueMissingError, match="the point of the system"):
         kn.linearize_symbolic(eom, still | {"q9": 0.3})
@@ -123,7 +121,7 @@ def test_euler_parameters_of_a_point_in_symbols_are_of_unit_length():
     eom = kn.derive(kn.System(N, bodies=[body], joints=[hinge], loads=[kn.gravity(-g * N.z)]))
     e0, e1, e2, e3 = eom.coordinates
     still = dict.fromkeys(eom.speeds, 0)
-    with pytest.raises(kn.SimulationError, match="misses unit length of Euler parameters by 3 "):
+    with pytest.raises(kn.SimulationError, match="violates unit length of Euler parameters by 3 "):
         kn.linearize_symbolic(eom, {**still, e0: 2, e1: 0, e2: 0, e3: 0})
     made = kn.linearize_symbolic(eom, {**still, e1: 0, e2: 0})
     for turn in (0.0, 0.8, 3.0):

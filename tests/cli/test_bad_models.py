@@ -117,8 +117,8 @@ BAD: dict[str, Bad] = {
     "reaction_not_listed": error("ReactionError", "reaction Fn is used in a load but not listed", "System(reactions=[…])"),
     "reaction_not_unit": error("ReactionError", "got 2 N.y of length 2", "Use along.normalized()", at="kn.reaction("),
     # the start
-    "start_nan": error("SimulationError", "finite start value for x, got nan", "Give a number", at="START ="),
-    "start_infinite_parameter": error("SimulationError", "finite value for k, got inf", "Give a number", at="START ="),
+    "start_nan": error("SimulationError", "finite start value for x, got nan", "Give a finite number", at="START ="),
+    "start_infinite_parameter": error("SimulationError", "finite value for k, got inf", "Give a finite number", at="START ="),
     "default_infinite": error("ExpressionError", "finite number in an expression, got inf", "leave the term out", at='float("inf")'),
     "start_text": error("SimulationError", "number as the start value for x, got '10 cm'", "plain number", at="START ="),
     "start_degrees": warning("angle q = 30 rad, 4.77 turns", "math.radians(30)"),
@@ -135,7 +135,7 @@ BAD: dict[str, Bad] = {
         "ModelError", "name of a parameter (L, m1, m2, k, g)", "got 'm'", "Did you mean m2 or m1?", at="START ="),
     "span_reversed": error("ModelError", "SPAN", "to end after it begins, got (10, 0)", "Swap its times", at="SPAN ="),
     "euler_parameters_not_unit": error(
-        "SimulationError", "Euler parameters (e0, e1, e2, e3)", "got length 1.0198039", "Divide them by it", at="START ="),
+        "SimulationError", "Euler parameters (e0, e1, e2, e3)", "got length 1.0198039", "Divide them by this length", at="START ="),
     # the file
     "no_system": error("ModelError", "function system()", "got only cart_with_pendulum()", "Define one that returns", at=""),
     "no_return": error("ModelError", "to return a kn.System, got None", "end it with `return kn.System(…)`", at=""),

@@ -93,7 +93,7 @@ def test_a_contact_that_slips_does_not_stick():
     sticks = kn.derive(system(*particle()).in_modes({"floor": "stick"}))
     with pytest.raises(
         kn.SimulationError,
-        match=r"miss floor 1 by 2\. A contact that sticks has no slip: take a mode in which it slips",
+        match=r"miss floor 1 by 2\. A contact that sticks has no slip: choose a mode in which it slips",
     ):
         kn.simulate(sticks, (0, 1), q=[0, 0], u=[2, 0])
 
@@ -231,7 +231,7 @@ def test_the_modes_of_a_motion_are_those_of_a_system():
     loads = [kn.gravity(-9.81 * N.y), kn.linear_spring(body, foot, k, 0.5)]
     masses = [kn.Particle("body", body, 5.0), kn.Particle("foot", foot, 0.5)]
     eom = kn.derive(kn.System(N, bodies=masses, speeds="rates", loads=loads, contacts=[floor]))
-    cure = r"without the forces of contacts\. Take .*kn\.derive\(eom\.system\.in_modes\({'floor': 'closed'}\)\)"
+    cure = r"without the forces of contacts\. Use .*kn\.derive\(eom\.system\.in_modes\({'floor': 'closed'}\)\)"
     for ask in (kn.equilibrium, kn.linearize):
         with pytest.raises(kn.SimulationError, match=cure):
             ask(eom, kn.State({y: 0.5, s: 0.5}, 0))
@@ -267,7 +267,7 @@ def test_a_start_that_pulls_at_a_contact_without_a_gap(speed):
     bodies = [kn.Particle("p", P, 1.0)]
     eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[table]))
     with pytest.raises(
-        kn.SimulationError, match="table opens, which the coordinates do not let it: go on with a model"
+        kn.SimulationError, match="table opens, but no coordinate describes its gap: continue with a model"
     ):
         kn.simulate(eom, (0, 1), q=[0], u=[speed])
 

@@ -73,7 +73,8 @@ def test_what_says_nothing_is_refused(tmp_path):
     sol.save(tmp_path / "run.npz")
     for again in (pickle.loads(pickle.dumps(sol)), kn.load_solution(tmp_path / "run.npz", EOM)):
         with pytest.raises(
-            kn.SimulationError, match=r"Expected a motion that this process simulated as a whole, got one that was read"
+            kn.SimulationError,
+            match=r"Expected a motion that this process simulated as a whole, got one that was joined, or read",
         ):
             again.accuracy()
     with pytest.raises(kn.SimulationError, match=r"rtol of 1e-12 or more, got 1e-13: .* rounding"):

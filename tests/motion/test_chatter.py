@@ -35,7 +35,7 @@ def test_dry_friction_that_comes_to_rest(force, method, unit):
     sol = kn.simulate(eom, (0, 20), q=[0.5 * unit], u=[0.5 * unit], method=method, samples=3, **tolerances)
     assert sol.status == "stopped"
     assert sol.steps < 9000
-    assert "in the pull turns to and fro, as v comes to zero again and again. Declare friction" in sol.message
+    assert "in the pull switches back and forth, as v reaches zero again and again. Declare friction" in sol.message
     assert sol["v"][-1] == pytest.approx(0, abs=1e-4 * unit)
 
 
@@ -44,7 +44,7 @@ def test_a_table_that_jumps_at_rest():
     friction = kn.table([-1, 0, 1], [3, 3, -3], "steps")(v)
     sol = kn.simulate(line(friction), (0, 20), q=[0.5], u=[0.5], samples=3)
     assert sol.status == "stopped"
-    assert "or take a table of kind 'cubic' in its place and choose" in sol.message
+    assert "or take a table of kind 'cubic' instead and choose" in sol.message
 
 
 @pytest.mark.slow
@@ -79,7 +79,7 @@ def test_a_motion_that_hardly_gets_on():
     eom = line(-1e9 * v, 1e4)
     sol = kn.simulate(eom, (0, 1e4), q=[1], u=[0], method="RK23", rtol=1e-3, atol=1e-3, samples=3)
     assert (sol.status, sol.steps) == ("stopped", 10_000)
-    assert 'Choose method="Radau" where the equations are stiff' in sol.message
+    assert 'Choose method="Radau" if the equations are stiff' in sol.message
     assert (
         kn.simulate(eom, (0, 1e4), q=[1], u=[0], method="Radau", rtol=1e-3, atol=1e-3, samples=3).status == "finished"
     )

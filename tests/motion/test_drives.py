@@ -85,7 +85,7 @@ BAD: dict[str, tuple[Any, type[Exception], str]] = {
     "another's": (
         (np.sin, np.sin, lambda t: -np.sin(t)),
         kn.SimulationError,
-        "derivative of the input r that was given to be its own",
+        "given derivative of the input r to match it",
     ),
     "jump": (
         (lambda t: 0.1 * (t > 0.5), lambda t: 0.0, lambda t: 0.0),
@@ -142,9 +142,7 @@ def test_bad_signals(t: list[float], y: list[float], message: str) -> None:
 
 
 def test_ends_that_do_not_suit_a_signal() -> None:
-    with pytest.raises(
-        kn.SimulationError, match=r"last value of a signal that is periodic to be its first one, 0, got 2\."
-    ):
+    with pytest.raises(kn.SimulationError, match=r"last value of a periodic signal to equal its first one, 0, got 2\."):
         kn.signal([0, 1, 2], [0, 1, 2], ends="periodic")
     with pytest.raises(kn.SimulationError, match=r"ends of a signal to be one of not-a-knot, .* got 'free'"):
         kn.signal([0, 1, 2], [0, 1, 2], ends="free")  # type: ignore[arg-type]
@@ -155,8 +153,8 @@ def test_a_signal_that_ends_before_the_span() -> None:
     times = np.linspace(0, 1, 9)
     short = kn.signal(times, 0.2 * np.sin(3 * times))
     message = (
-        r"signal for the input r that covers the time span t = 0 … 2, got one from t = 0 to 1\. Give it points up to the ends of "
-        r"the span, or keep the span within it\."
+        r"signal for the input r that covers the time span t = 0 … 2, got one from t = 0 to 1\. Give points up to the ends of the "
+        r"span, or a span within the signal\."
     )
     for value in (short, (short, short.derivative(1), short.derivative(2))):
         with pytest.raises(kn.SimulationError, match=message):
@@ -194,7 +192,7 @@ class TestWhatComesForAnInput:
     @pytest.mark.parametrize(
         ("value", "message"),
         [
-            (2 * F, r"got the expression 2\*F.*write it into the model in the place of F"),
+            (2 * F, r"got the expression 2\*F.*Write what depends on .* into the model instead of F"),
             (
                 lambda t, x, z: t,
                 r"function of the time alone for the input F, f\(t\), got one of \(t, x, z\).*two, f\(t, x\)",
@@ -207,9 +205,9 @@ class TestWhatComesForAnInput:
             (lambda t: "a", "got 'a' at t = 0"),
             (lambda t: 1j, "got 1j at t = 0"),
             (lambda t: None, "got None at t = 0"),
-            (lambda t: kn.sin(kn.time), r"got the expression sin\(t\) at t = 0. Take math.sin for kn.sin"),
+            (lambda t: kn.sin(kn.time), r"got the expression sin\(t\) at t = 0. Use math.sin instead of kn.sin"),
             (lambda t: math.log(t - 0.5), "got ValueError from it at t = 0"),
-            (lambda t: math.sqrt(0.5 - t), r"got ValueError from it at t = 0\.[5-9].*Mend the function"),
+            (lambda t: math.sqrt(0.5 - t), r"got ValueError from it at t = 0\.[5-9].*Correct the function"),
             (lambda t: {}[t], "got KeyError from it at t = 0"),
             (lambda t: 1 / 0 if t > 0.4 else 1, "got ZeroDivisionError from it"),
             ("sin(t)", "got 'sin.t.'. Give a plain number"),

@@ -379,7 +379,7 @@ def test_one_lsoda_inside_another_is_named(inner):
 
     sol = kn.simulate(EOM, (0, 1), inputs={F: law, G: 0}, method="LSODA", **START)
     assert sol.status == "stopped"
-    assert "runs another LSODA: take another method for one of them" in sol.message
+    assert "runs LSODA itself: use another method for one of them" in sol.message
     assert "singular" not in sol.message
     assert kn.simulate(EOM, (0, 0.2), inputs={F: law, G: 0}, method="RK45", **START).status == "finished"
 

@@ -111,13 +111,15 @@ def test_a_mechanism_whose_dependent_speeds_changed(tmp_path):
 def test_files_of_other_systems_are_refused(tmp_path):
     path = tmp_path / "run.npz"
     SOL.save(path)
-    with pytest.raises(kn.SolutionFileError, match=r"with the coordinates q1, q2, got .* with x, y\. It is of another"):
+    with pytest.raises(
+        kn.SolutionFileError, match=r"with the coordinates q1, q2, got .* with x, y\. It belongs to another"
+    ):
         kn.load_solution(path, double_pendulum.system())
     with pytest.raises(kn.SolutionFileError, match=r"whose system differs in the load force on P\. Load it with"):
         kn.load_solution(path, kn.derive(system(extra=1e-3)))
     with pytest.raises(kn.SolutionFileError, match=r"differs in the mass of P\."):
         kn.load_solution(path, kn.derive(system(mass=2 * m)))
-    with pytest.raises(kn.SolutionFileError, match=r"differs in the event half way, which that of the file has alone"):
+    with pytest.raises(kn.SolutionFileError, match=r"differs in the event half way, which only that of the file has"):
         kn.load_solution(path, system().replace(events=[]))
     with pytest.raises(kn.ArgumentError, match=r"Expected the Equations or the System .* got 'run'"):
         kn.load_solution(path, "run")
@@ -150,7 +152,7 @@ def test_numbers_that_were_changed_within_a_sound_file(tmp_path):
         arrays = dict(file)
     arrays["states"] = arrays["states"] * 2
     np.savez(path, **arrays)
-    with pytest.raises(kn.SolutionFileError, match="which was changed or is cut off"):
+    with pytest.raises(kn.SolutionFileError, match="which was changed or is truncated"):
         kn.load_solution(path, EOM)
 
 

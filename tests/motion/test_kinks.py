@@ -44,7 +44,7 @@ def test_a_bead_stops_at_a_corner_of_its_wire(method, unit):
     assert sol.status == "stopped"
     for told in (
         "velocities would have to jump at t = 0.6385",
-        "abs(x) turns at x = 0",
+        "abs(x) switches at x = 0",
         "'holonomic 1'",
         "stiff spring",
     ):
@@ -103,7 +103,7 @@ def test_a_corner_that_is_not_reached_and_one_at_rest_do_no_harm():
 
 
 def test_a_start_on_a_corner_is_refused_unless_at_rest():
-    with pytest.raises(kn.SimulationError, match=r"got one on a corner of 'holonomic 1': abs\(x\) turns at x = 0"):
+    with pytest.raises(kn.SimulationError, match=r"got one on a corner of 'holonomic 1': abs\(x\) switches at x = 0"):
         kn.simulate(bead(abs(x)), (0, 1), q=[0, 0], u=[1, 0])
 
 

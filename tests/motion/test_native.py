@@ -82,7 +82,7 @@ def test_inputs_in_python_are_asked_at_the_stages():
     assert jump.work[-1] == pytest.approx(2.5**2 / 2, rel=1e-12)
     for method in ("gauss16", "tsitpap8"):
         told = (
-            rf'method="{method}", got one in which inputs are functions of time or state in Python\. Take method="auto"'
+            rf'method="{method}", got one in which inputs are functions of time or state in Python\. Use method="auto"'
         )
         with pytest.raises(SimulationError, match=told):
             kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method=method)
@@ -162,7 +162,7 @@ def test_limits_are_kept(method, pendulum):
     )
     assert "max_seconds=0.05 have passed" in late.message
     slow = kn.simulate(pendulum, (0, 1e9), q=[1.0, 2.0], u=[0.5, 0.0], method=method, samples=2)
-    assert "10000 steps led from t = 0 to" in slow.message
+    assert "10000 steps advanced from t = 0 to" in slow.message
 
 
 def singular(exponent):

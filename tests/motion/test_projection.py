@@ -98,5 +98,5 @@ def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enou
     sol = kn.simulate(eom, (0, 1), q=start.q, u=start.u, method=method)
     assert sol.status == status
     if status == "stopped":
-        assert "another branch of the closures lies beyond t = " in sol.message
+        assert "the closures are on another branch beyond t = " in sol.message
         assert sol.message.endswith("'G' with its frame turned by 120°")

@@ -58,7 +58,10 @@ def test_friction_against_a_spring_swings_between_shifted_places():
     sol = moved(line(-50 * x - 3 * kn.sign(v)), 20, 0.5, 0.1)
     turn = np.hypot(0.56, 0.1 / 50**0.5) - 0.06  # where it turns first; each half swing ends 0.12 nearer
     assert sol.status == "stopped"
-    assert "sign(v) in the pull turns to and fro, as v comes to zero again and again. Declare friction" in sol.message
+    assert (
+        "sign(v) in the pull switches back and forth, as v reaches zero again and again. Declare friction"
+        in sol.message
+    )
     assert sol["x"][-1] == pytest.approx(turn % 0.12, abs=1e-8)
     assert abs(sol["v"][-1]) < 1e-9
 
@@ -145,7 +148,7 @@ def test_an_input_of_the_next_phase_that_switches():
 def test_an_input_that_turns_to_and_fro_is_named():
     sol = moved(DRIVEN, 20, 0.5, 0.1, inputs={F: -50 * x - 3 * kn.sign(v)})
     assert sol.status == "stopped"
-    assert "sign(v) in the inputs turns to and fro, as v comes to zero again and again" in sol.message
+    assert "sign(v) in the inputs switches back and forth, as v reaches zero again and again" in sol.message
     assert abs(sol["v"][-1]) < 1e-9
 
 

@@ -95,10 +95,10 @@ def test_an_event_at_the_very_end_is_not_met_again_by_what_goes_on():
 @pytest.mark.parametrize(
     ("force", "event", "message"),
     [
-        (-x, floor(), r"the first 4 derivatives do not say .* Begin beside it"),
-        (F, floor(), r"the first 4 derivatives do not say .* Begin beside it"),
-        (-9.81, floor(0, then={v: -v}), r"both directions\. Give direction=1 or -1, or begin beside it"),
-        (-9.81, floor(0), r"both directions\. Give direction=1 or -1, or begin beside it"),
+        (-x, floor(), r"the first 4 derivatives do not show .* Start off the threshold"),
+        (F, floor(), r"the first 4 derivatives do not show .* Start off the threshold"),
+        (-9.81, floor(0, then={v: -v}), r"no crossing\. Give direction=1 or -1, or start off the threshold"),
+        (-9.81, floor(0), r"no crossing\. Give direction=1 or -1, or start off the threshold"),
     ],
 )
 def test_what_the_derivatives_do_not_say_is_warned_of(force, event, message):

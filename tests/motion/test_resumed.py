@@ -126,7 +126,7 @@ def test_files_and_pickles_are_starts(tmp_path):
         assert again.energy_check == joined.energy_check
         assert [list(j.changes) for j in again.jumps] == [[k]]
         with pytest.raises(
-            kn.SimulationError, match=r"the input F given anew, inputs=\{F: …\}, as the motion that goes on was"
+            kn.SimulationError, match=r"the input F again, inputs=\{F: …\}, as the motion to continue was"
         ):
             kn.simulate(EOM, 9, start=again)
 
@@ -208,7 +208,7 @@ def test_errors():
         (EOM, 0.5, {"start": first}, r"with t1 > t0, got \(1, 0\.5\)"),
         (EOM, (0, 2), {}, r"Expected start values, q= and u=, got none"),
         (EOM, 2, {"q": [1], "u": [0]}, r"Expected a time span"),
-        (EOM, 2, {"start": "run.npz"}, r"a motion to go on from or to join, got 'run\.npz'"),
+        (EOM, 2, {"start": "run.npz"}, r"a motion to continue or to join, got 'run\.npz'"),
         (kn.derive(double_pendulum.system()), 2, {"start": first}, r"with the coordinates q1, q2, got one with x"),
     ]
     for eom, span, given, message in cases:

@@ -128,7 +128,7 @@ class TestInputsAndParameters:
         assert sol[v][0] == pytest.approx(5)
         # without a load the point keeps its velocity
         assert sol[x] == pytest.approx(sol.t - 0.5, abs=1e-9)
-        with pytest.raises(kn.ValueMissingError, match=r"start value for all rates .* x are not determined"):
+        with pytest.raises(kn.ValueMissingError, match=r"start value for all rates .* x are undetermined"):
             kn.simulate(eom, (0.5, 1), q=[0], rates={}, inputs={r: drive})
 
 
@@ -382,7 +382,9 @@ def test_an_event_that_a_parameter_makes_nothing_of():
     given = {"q": [1], "u": [0], "inputs": {T: 0}}
     eom = line(-k * x + T, events=[kn.Event("never", c * x)])
     assert kn.simulate(eom, (0, 3), **given).status == "event"
-    with pytest.raises(kn.SimulationError, match=r"event 'never' that crosses 0, got c\*x, which stays there as c = 0"):
+    with pytest.raises(
+        kn.SimulationError, match=r"event 'never' that crosses 0, got c\*x, which remains there because c = 0"
+    ):
         kn.simulate(eom, (0, 3), parameters={c: 0}, **given)
     for quantity in (c * x - 1, c + x, x / (1 + c)):
         eom = line(-k * x + T, events=[kn.Event("some", quantity)])

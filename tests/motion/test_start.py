@@ -136,7 +136,7 @@ def test_times_that_numbers_do_not_tell_apart():
     """Near 1e15 they are 0.125 apart: of a short span nothing is told, in a long one the steps it takes are said to be too short."""
     with pytest.raises(
         kn.SimulationError,
-        match=r"they are 0\.12 s apart: 80 in all\. Count time from a nearer beginning, as \(0, 10\)",
+        match=r"they are 0\.12 s apart: 80 in all\. Use an origin of time closer to the span, such as \(0, 10\)",
     ):
         check_span((1e15, 1e15 + 10))
     for method in ("gauss16", "DOP853"):

@@ -31,7 +31,7 @@ def test_without_the_package(monkeypatch):
     monkeypatch.setitem(sys.modules, "sksundae", None)
     monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
     with pytest.raises(
-        kn.SimulationError, match=r"package scikit-sundae .* pip install 'kane\[stiff\]', or take method=\"radau9\""
+        kn.SimulationError, match=r"package scikit-sundae .* pip install 'kane\[stiff\]', or use method=\"radau9\""
     ):
         kn.simulate(line(-x), (0, 1), q=[1], u=[0], method="cvode")
 

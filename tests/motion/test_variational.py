@@ -113,14 +113,14 @@ def test_what_is_refused(tmp_path):
     eom = line(-x, [kn.Event("bounce", x, direction=-1, then={v: -v})])
     bounced = kn.simulate(eom, (0, 9), q=[1], u=[0])
     with pytest.raises(
-        kn.SimulationError, match=r"events change the state or motions are joined. Take sol.accuracy\(\)"
+        kn.SimulationError, match=r"events change the state or motions are joined. Use sol.accuracy\(\)"
     ):
         bounced.accuracy(method="variational")
     rubbed = kn.simulate(line(-x - 0.1 * kn.sign(v)), (0, 3), q=[1], u=[0])
-    with pytest.raises(kn.SimulationError, match="loads or inputs jump at states"):
+    with pytest.raises(kn.SimulationError, match="loads or inputs jump with the state"):
         rubbed.accuracy(method="variational")
     held = kn.simulate(line(F), (0, 1), q=[1], u=[0], inputs={F: kn.sampled(lambda t, s: -s[0], 0.1)})
-    with pytest.raises(kn.SimulationError, match="a sampled controller is asked"):
+    with pytest.raises(kn.SimulationError, match="a sampled controller acts"):
         held.accuracy(method="variational")
     free = line(-x)
     sol = kn.simulate(free, (0, 1), q=[1], u=[0])
@@ -128,7 +128,7 @@ def test_what_is_refused(tmp_path):
         sol.accuracy(method="exact")
     driven = kn.simulate(line(F), (0, 1), q=[1], u=[0], inputs={F: lambda t: np.sin(t)})
     driven.save(tmp_path / "driven.npz")
-    with pytest.raises(kn.SimulationError, match="got one that was read"):
+    with pytest.raises(kn.SimulationError, match="got one that was joined, or read"):
         kn.load_solution(tmp_path / "driven.npz", driven.equations).accuracy(method="variational")
 
 

@@ -62,7 +62,7 @@ def test_lookup():
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (2 * x, r"got the expression 2\*x. Give the number that it stands for, kn.evaluate"),
+        (2 * x, r"got the expression 2\*x. Give its value, kn.evaluate"),
         (lambda t: t, "got the function"),
         ([1, 2], "got an array of shape .2,"),
         ("one", "got 'one'. Give a plain number in the unit of x"),

@@ -79,7 +79,7 @@ class ClosureSearch:
         """For each configuration, which of the branches found it is on, and where the next one is, in words."""
         open_, count = len(self._kernel(found.closed[0].x)), len(found.closed)
         if open_:
-            return [f"the nearest; {open_} of the guesses could be given"] * count
+            return [f"the nearest; {open_} of the guesses could be fixed"] * count
         if count == 1:
             return [f"the only branch from {found.starts} starts"]
         following = [*found.closed[1:], found.closed[0]]
@@ -94,10 +94,10 @@ class ClosureSearch:
         every = tuple(range(len(self.start.values)))
         found = search(self.level, GivenEntries(self.start.values, every, ())).found()
         if not found.closed:
-            return "None was found on that branch: correct the frames and axes of the closure."
+            return "No coordinates were found on the intended branch: correct the frames and axes of the closure."
         return (
-            f"On it lies {self._apart(found.closed[0].x, self.start.values)}, with the others as they are: kn.assemble finds it "
-            "from kn.guess(…) of all of them."
+            f"The intended branch contains {self._apart(found.closed[0].x, self.start.values)}, with the other coordinates as "
+            "given: kn.assemble finds it from kn.guess(…) of all of them."
         )
 
     def _apart(self, x: Array, other: Array) -> str:
@@ -283,9 +283,9 @@ def _in_basic_rates(eom: Equations, at: Mapping[Expr, Any]) -> tuple[Array, Arra
         place = [f"{q} = {float(at[q]):.6g}" for q in eom.coordinates if at[q]]
         where = ", ".join(place[:_TOLD]) or "zero of all coordinates"
         raise SimulationError(
-            f"Expected constraints and speeds that are finite at this configuration, got infinity or NaN of {', '.join(lost)} at "
-            f"{where}. The coordinates are singular there: take a configuration beside it, or other coordinates (another sequence "
-            "of angles)."
+            f"Expected constraints and speeds that are finite at this configuration, got infinity or NaN of {', '.join(lost)} "
+            f"at {where}. The coordinates are singular there: choose a nearby configuration, or other coordinates (another "
+            "sequence of angles)."
         )
     rest = numbers[:, -1]
     linear, n = numbers[:, :-1] - rest[:, None], len(eom.speeds)
@@ -312,9 +312,9 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     wanted = -rest / scaled.rows[:, 0]
     first = least_squares(scaled.matrix, wanted)
     bad = misses(names, scaled.matrix @ first - wanted, limit=GIVEN * np.abs(wanted).max(initial=0))
-    expected = "constraints that some rates satisfy together at this configuration"
-    cure = "It is a singular configuration: take one beside it."
-    expect.none(bad, expected, "{} at best", cure, error=SimulationError)
+    expected = "constraints that rates can satisfy simultaneously at this configuration"
+    cure = "It is a singular configuration: choose a nearby one."
+    expect.none(bad, expected, "least residuals {}", cure, error=SimulationError)
     open_ = singular(scaled.matrix).kernel(DERIVE_RANK) / scaled.columns
     moved = balance(y @ open_.T)
     b = singular(moved.matrix).cokernel(DERIVE_RANK) / moved.rows[:, 0]
@@ -324,7 +324,7 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     )
 
 
-_IN_A_MODE = "A contact that sticks has no slip: take a mode in which it slips, or simulate the system itself, which chooses modes."
+_IN_A_MODE = "A contact that sticks has no slip: choose a mode in which it slips, or simulate the system itself, which chooses modes."
 _LEAVE_OUT = "Leave some out, or mark them with kn.guess(…), to have them solved for."
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
@@ -461,8 +461,8 @@ def _constants(eom: Equations, given: State) -> dict[Expr, Any]:
 def _of_many(many: Poses, all_branches: bool) -> Any:
     """The states as a Dataset, on the branch of the first."""
     eom, by_rates = many.eom, "rates" in many.instances.columns
-    cure = "Ask for all branches at one state."
-    expect.that(not all_branches, "all_branches= of one state", came="arrays", cure=cure, error=ArgumentError)
+    cure = "Find all branches for one state at a time."
+    expect.that(not all_branches, "all_branches= for one state", came="arrays", cure=cure, error=ArgumentError)
     rates = many.instances.at if by_rates else None
 
     def alone(k: int) -> One:
@@ -499,8 +499,8 @@ def _configurations(
     if unknown:
         cure = "" if every else ", or a guess for each: kn.guess(value)"
         raise ValueMissingError(
-            f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
-            f"{count} of them{cure}."
+            f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still vary. "
+            f"Give {count} of them{cure}."
         )
     return list(zip(found.closed, sought.words(found), strict=True))
 
@@ -520,8 +520,8 @@ def _given(given: ClosureSearch) -> Closed:
     turned = given.turned(closed.x)
     if turned:
         raise SimulationError(
-            f"Expected coordinates on the branch that the closures mean, got {turned}, where their equations hold too. "
-            f"{given.cure()}"
+            f"Expected coordinates on the intended branch of the closures, got {turned}, where the equations of the closures "
+            f"hold, too. {given.cure()}"
         )
     return closed
 
@@ -531,9 +531,9 @@ def _not_closed(sought: ClosureSearch, found: AssemblyResult) -> str:
     start, names = sought.start, [q.name for q in sought.level.manifold.system.coordinates]
     if found.turned:
         return (
-            f"Expected a configuration on the branch that the closures mean, got only others from {found.starts} starts, the nearest "
-            f"{found.turned}. The parts do not reach the orientation that is meant with the values given: free more coordinates, or "
-            "correct the frames and axes of the closure."
+            f"Expected a configuration on the intended branch of the closures, got only others from {found.starts} starts, "
+            f"the nearest {found.turned}. The parts cannot reach the intended orientation with the values given: free more "
+            "coordinates, or correct the frames and axes of the closure."
         )
     first, best = np.abs(sought.level.one(start.values)[0]).max(), found.nearest
     undefined = sought.singular_at(best.x)
@@ -543,11 +543,11 @@ def _not_closed(sought: ClosureSearch, found: AssemblyResult) -> str:
         )
     worst = int(np.argmax(np.abs(best.residual)))
     return (
-        f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual came "
-        f"{f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g}, and {sought.level.manifold.names[worst]!r} resists "
-        f"most{'' if np.isfinite(first) else ', which is not finite at the guesses'}. The parts may not reach each other "
-        f"with the values given and these lengths: free more coordinates than {', '.join(names[i] for i in start.free)}, or correct "
-        "the lengths."
+        f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual "
+        f"decreased {f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g} and is largest in "
+        f"{sought.level.manifold.names[worst]!r}{'' if np.isfinite(first) else ', which is not finite at the guesses'}. The "
+        "parts may not reach each other with the values given and these lengths: free more coordinates than "
+        f"{', '.join(names[i] for i in start.free)}, or correct the lengths."
     )
 
 
@@ -587,8 +587,8 @@ def _motion(eom: Equations, start: GivenEntries, at: Mapping[Expr, Any], by_rate
         unknown, count = _undetermined(block, start, names, start.missing)
         if unknown:
             raise ValueMissingError(
-                f"Expected a start value for all {'rates' if by_rates else 'speeds'} that the constraints do not give, got too few: "
-                f"{', '.join(unknown)} are not determined. Give {count} of them."
+                f"Expected a start value for all {'rates' if by_rates else 'speeds'} that the constraints do not determine, "
+                f"got too few: {', '.join(unknown)} are undetermined. Give {count} of them."
             )
         if len(rows):
             x[free] += least_squares(block, -(rows @ x + rest) / scale)

@@ -145,7 +145,7 @@ def compare_speeds(
         raise ModelError(f"Expected names other than {DECLARED!r}, which is that of the system's own speeds.")
     asked = routes if routes is None else (routes,) if isinstance(routes, str) else tuple(routes)
     expect.none((repr(r) for r in asked or () if r not in ASKED), f"routes among {', '.join(map(repr, ASKED))}")
-    expect.that(along is None or hasattr(along, "t"), "a motion along= which it is", along, "Give kn.simulate(…).")
+    expect.that(along is None or hasattr(along, "t"), "a motion as along=", along, "Give kn.simulate(…).")
     sets = [_set(DECLARED, system, along, asked)]
     for name, speeds in candidates.items():
         try:

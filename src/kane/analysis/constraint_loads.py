@@ -107,7 +107,7 @@ class _Evidence(NamedTuple):
 def _in_evidence(eom: Equations) -> _Evidence:
     """Equations with a reaction for each constraint force, derived once for a system."""
     placed = tuple(c for c in eom.system.constraints if c.placed and c not in set(eom.redundant))
-    expected, came = "constraints that say where their forces act", "none: scalars that must vanish do not"
+    expected, came = "constraints whose forces act at known points", "none: scalar equations have none"
     cure = "Declare them with kn.distance, kn.no_slip, kn.coincident, …."
     expect.that(placed, expected, came=came, cure=cure, error=SimulationError)
     known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
@@ -201,16 +201,16 @@ def impact(
     before, axis, partials, mass = _numbers(eom, point, other, normal, at)
     idle = null_direction(mass, SOLVE_RANK)
     massless = (u.name for u, x in zip(speeds, () if idle is None else idle, strict=False) if abs(x) > TAKES_PART)
-    cure = "Give what they move a mass."
+    cure = "Give mass to the parts that they move."
     expect.none(massless, "speeds that all move some mass", "none moved by {}", cure, error=SingularError)
     inverse = partials.T @ np.linalg.solve(mass, partials)
     v_n, reach = float(axis @ before), float(axis @ inverse @ axis)
-    came = f"a velocity of {v_n:.6g} along the normal from the struck to the striking one"
-    cure = "Turn the normal, or there is no blow."
+    came = f"a velocity of {v_n:.6g} along the normal from the struck to the striking point"
+    cure = "Reverse the normal; otherwise there is no impact."
     expect.that(v_n < 0, "points that approach each other", came=came, cure=cure, error=SimulationError)
     moves = reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0)
     expected = "an impulse that moves the point along the normal"
-    came, cure = "a constraint that holds it there, and takes the blow", "Free the point, or strike elsewhere."
+    came, cure = "a constraint that prevents this", "Free the point, or strike another one."
     expect.that(moves, expected, came=came, cure=cure, error=SimulationError)
     pushed, slips = _impulse(axis, before, inverse, e, coefficients)
     change = np.linalg.solve(mass, partials @ pushed)
@@ -239,7 +239,7 @@ def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: Stat
     frame, speeds = eom.system.inertial, eom.independent_speeds
     known = eom.solved.nonholonomic.kinematics
     for p in (point,) if other is None else (point, other):
-        expect.instance(p, Point, "a point that strikes", "Make one with body.fixed_in(…).", error=ArgumentError)
+        expect.instance(p, Point, "a point that strikes", "Make one by body.fixed_in(…).", error=ArgumentError)
     own = known.point(point).partials
     others = {} if other is None else known.point(other).partials
     rows = [own.get(r, Vector()) - others.get(r, Vector()) for r in speeds]
@@ -272,8 +272,8 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
     if len(slips):
         return np.asarray(along[slips[np.argmin(along[slips, 0])]] @ axes), True
     raise SimulationError(
-        "Expected slip that the impulse of friction opposes, got none in any direction, and sticking would take more friction than "
-        "there is: the two coefficients do not fit together. Give one coefficient."
+        "Expected a direction of slip that the impulse of friction opposes, got none, and sticking would need more friction "
+        "than is available: the two coefficients are inconsistent. Give one coefficient."
     )
 
 

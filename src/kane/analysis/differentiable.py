@@ -70,8 +70,8 @@ def _not_finite(piece: Piece) -> str:
     i, j = np.argwhere(~np.isfinite(np.column_stack([piece.slopes, piece.level])))[0]
     what = f"a derivative of {rows[i]}" if j < piece.slopes.shape[1] else rows[i]
     return (
-        f"Expected equations with finite derivatives at this state, got infinity or NaN as {what}: a root, a power or a quotient has "
-        "none here. Take a state beside it."
+        f"Expected equations with finite derivatives at this state, got infinity or NaN as {what}: a root, a power or a "
+        "quotient has no derivative here. Choose a nearby state."
     )
 
 
@@ -81,7 +81,7 @@ def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
     expect.instance(side, Mapping, expected, error=ValueMissingError)
     told = {(k.name if isinstance(k, Symbol) else k): finite_number("direction", str(k), v) for k, v in side.items()}
     unknown = [str(n) for n in told if n not in names]
-    came, cure = ", ".join(unknown) or "none", "independent= chooses which of the perturbations are states."
+    came, cure = ", ".join(unknown) or "none", "Choose by independent= which of the perturbations are states."
     expect.that(not unknown and any(told.values()), expected, came=came, cure=cure, error=ValueMissingError)
     return told
 
@@ -102,8 +102,8 @@ def one_side(sides: Sides, side: Side) -> Piece:
         open_ = left.switches or range(len(sides.switches))
         what = ", ".join(cut(str(sides.switches[k].quantity)) for k in open_)
         raise CornerError(
-            f"Expected side= as a direction in which {what} becomes positive or negative, got one along which it stays zero, or "
-            f"where nothing is finite: {dict(side)!r}. {_offer(sides)}"
+            f"Expected side= as a direction in which {what} becomes positive or negative, got one along which it stays zero, "
+            f"or where derivatives are not finite: {dict(side)!r}. {_offer(sides)}"
         )
     return first
 
@@ -124,8 +124,9 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
     found = difference(sides) if sides else None
     if sides and found and found.jumps.any():
         warn(
-            f"Expected a steady motion that small disturbances leave near itself, got one at which {difference_text(sides, found)}: "
-            f"{jumping(sides, found)}. It lasts where both sides lead back, as dry friction does at rest."
+            "Expected a steady motion that persists after small disturbances, got one at which "
+            f"{difference_text(sides, found)}: {jumping(sides, found)}. It persists only if the accelerations on both sides "
+            "lead back to it, as with dry friction at rest."
         )
 
 
@@ -144,8 +145,8 @@ def corner_error(sides: Sides) -> CornerError:
         )
     else:
         error = CornerError(
-            f"Expected a state at which the equations have one derivative, got one on a corner: {what}, and derivatives are others "
-            f"on its sides. {_offer(sides)} Or take a state beside it."
+            f"Expected a state at which the equations have one derivative, got one on a corner: {what}, and the derivatives "
+            f"on its sides differ. {_offer(sides)} Or choose a nearby state."
         )
     error.names = sides.names
     return error
@@ -158,7 +159,7 @@ def difference_text(sides: Sides, found: Difference) -> str:
     for k in found.switches[:_TOLD]:
         s = sides.switches[k]
         node, place = _declaration_of(eom, sides.corner.outputs, s.nodes)
-        texts.append(f"{cut(str(node), 80)}{place} turns at {cut(str(s.quantity))} = 0")
+        texts.append(f"{cut(str(node), 80)}{place} switches at {cut(str(s.quantity))} = 0")
     more = len(found.switches) - _TOLD
     return "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
 
@@ -202,12 +203,12 @@ def _offer(sides: Sides, also: str = "") -> str:
         d = np.eye(len(names))[j]
         if leads(d) and leads(-d):
             one, other = ({name: sign} for sign in (1, -1))
-            return f"For the derivative of one side say in which direction the state is left: side={one} or side={other}{tail}."
+            return f"For a one-sided derivative give the direction in which the state is left: side={one} or side={other}{tail}."
     for p in sides.pieces:
         d = np.round(p.away, 1)
         if leads(d):
             such = {n: float(v) for n, v in zip(names, d, strict=True) if v}
             return (
-                f"For the derivative of one side say in which direction the state is left, such as side={such}{tail}."
+                f"For a one-sided derivative give the direction in which the state is left, such as side={such}{tail}."
             )
-    return "No direction leads to a derivative that is finite."
+    return "No direction has a finite one-sided derivative."

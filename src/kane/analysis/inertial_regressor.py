@@ -140,7 +140,7 @@ class Regressor(Attributes):
         expect.that(alike, f"Y (… × p × {k}) and F̃ (… × p)", came=came, error=SimulationError)
         finite = np.isfinite(rows).all() and np.isfinite(right).all()
         expect.that(finite, "Y and F̃ of finite numbers", came="infinity or NaN", error=SimulationError)
-        expect.that(right.any(), "forces that tell something", came="zeros alone", error=SimulationError)
+        expect.that(right.any(), "forces that are not all zero", came="only zeros", error=SimulationError)
         right, rows = np.broadcast_to(right, shape).reshape(-1), rows.reshape(-1, k)
         sizes = list(Counter(name.rpartition(": ")[0] for name in self.names).values())
         return possible(rows, right, sizes, self.numbers(parameters))
@@ -222,8 +222,8 @@ class Regressor(Attributes):
                 q_all, u_all = [{s: np.array([state[k][s] for state in found]) for s in found[0][k]} for k in (0, 1)]
                 return self.at(q_all, u_all, list(np.transpose([own[2] for own in found])), **given)
         raise SimulationError(
-            f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got {len(found)} of "
-            f"{count} that were drawn. Give near=, coordinates at which the mechanism closes."
+            f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got only "
+            f"{len(found)} of {count} random ones. Give near=, coordinates at which the mechanism closes."
         )
 
     def __repr__(self) -> str:
@@ -357,7 +357,7 @@ def possible(y: Array, forces: Array, sizes: Sequence[int], model: Array) -> Arr
     for size in sizes:
         at = slice(start, start := start + size)
         if not pi[at.start] > 0:
-            raise SimulationError(f"Expected masses above zero to begin with, got {pi[at.start]:g}. Give parameters=.")
+            raise SimulationError(f"Expected first masses above zero, got {pi[at.start]:g}. Give parameters=.")
         units = UNITS if size > 1 else _PARTICLE
         first = made_positive(np.tensordot(pi[at], units, 1))
         pi[at] = np.linalg.lstsq(units.reshape(size, -1).T, first.reshape(-1))[0]
@@ -405,8 +405,8 @@ def _newton(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array, weight:
     if fall <= _ROUNDED * weight:
         return pi
     raise SimulationError(
-        f"Expected forces to which possible bodies come nearest, got none in {_ROUNDS} steps. Scale Y and F̃ so that deviations of "
-        "rows are alike, or begin nearer: parameters= have the model's values."
+        f"Expected convergence to the physically possible bodies closest to the forces, got none in {_ROUNDS} steps. Scale Y and F̃ "
+        "so that deviations of rows are of one size, or give better first values, parameters=, than the model's."
     )
 
 

@@ -174,7 +174,7 @@ class Linear(Attributes):
             if the rates of the coordinates are not independent, or the coordinates are coupled with others or with further speeds
         """
         expected = "coordinates and speeds alone for the second-order form"
-        cure = "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
+        cure = "Use A and B, or leave out states on which nothing depends: linear.without(…)."
         expect.none(self.further, expected, "the further states {}", cure, error=SimulationError)
         count = len(self.coordinates)
         q = list(range(count)) if names_in("coordinates", coordinates) == ["all"] else self._indices(coordinates)
@@ -187,9 +187,9 @@ class Linear(Attributes):
         length = np.sqrt(np.diag(mobility))
         if not np.all(length > 0) or not singular(mobility / np.outer(length, length)).regular(_LINK):
             raise SimulationError(
-                f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) moved by "
-                f"{len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move them one by one. Name the "
-                "coordinates that are left when the cyclic ones are left out: second_order([…])."
+                f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) "
+                f"moved by {len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move each of them "
+                "independently. Name the coordinates without the cyclic ones: second_order([…])."
             )
         m = np.linalg.inv(mobility)
         m = (m + m.T) / 2
@@ -197,7 +197,7 @@ class Linear(Attributes):
         g, turn = self.A[np.ix_(q, q)], h @ self.A[u, u]
         self._check_closed(q, h, turn @ (np.eye(len(self.mass)) - inverse @ h))
         if np.abs(self.B[q]).max(initial=0) > 0:
-            raise SimulationError("Expected inputs that move no coordinate directly, got some that do: use A and B.")
+            raise SimulationError("Expected rates of coordinates that depend on no input, got others. Use A and B.")
         damping, stiffness = g + turn @ inverse, h @ self.A[u, q] - turn @ inverse @ g
         names = tuple(self.states[i] for i in q)
         return SecondOrder(names, self.inputs, m, -m @ damping, -m @ stiffness, m @ h @ self.B[u])
@@ -211,13 +211,13 @@ class Linear(Attributes):
         tied = np.vstack([_links(rates)[:, rest], _links(changes, most)[:, rest]])
         pairs = [
             *((i % len(q), self.states[rest[j]]) for i, j in np.argwhere(tied)),
-            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(_links(hidden, most))),
+            *((i, "speeds that are not rates of these") for i, _ in np.argwhere(_links(hidden, most))),
         ]
         if pairs:
             i, other = pairs[0]
             raise SimulationError(
-                f"Expected coordinates that move by themselves, got {self.states[q[i]]}, which depends on {other}. Name all that "
-                "depend on each other, or use A and B."
+                f"Expected coordinates that do not depend on others, got {self.states[q[i]]}, which depends on {other}. Name "
+                "all that depend on each other, or use A and B."
             )
 
     def state_space(self) -> Any:
@@ -232,7 +232,7 @@ class Linear(Attributes):
             import control
         except ModuleNotFoundError as error:
             raise SimulationError(
-                "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are there without it."
+                "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are available without it."
             ) from error
         n, nr = len(self.states), len(self.inputs)
         c, d, names = (self.C, self.D, self.outputs) if self.outputs else (np.eye(n), np.zeros((n, nr)), self.states)

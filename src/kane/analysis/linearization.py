@@ -234,8 +234,8 @@ def _check_independent(flow: Flow, names: Sequence[str]) -> None:
         asked = [n for n in all_names if n in names]
         if asked and set(asked) != set(got):
             raise SimulationError(
-                f"Expected independent= to hold {len(got)} of {', '.join(all_names)} that determine the others, got "
-                f"{', '.join(asked)}. At this point {', '.join(got)} would do."
+                f"Expected independent= to contain {len(got)} of {', '.join(all_names)} that determine the others, got "
+                f"{', '.join(asked)}. At this point, choose for example {', '.join(got)}."
             )
 
 
@@ -255,15 +255,15 @@ def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
     head = "Expected an equilibrium or a steady motion to linearize about, got a state"
     if accelerations:
         also = f" (and the rates {', '.join(rates)})" if rates else ""
-        what = f"where these accelerations remain: {', '.join(accelerations)}{also}"
+        what = f"at which these accelerations are not zero: {', '.join(accelerations)}{also}"
     elif rates:
-        what = f"that moves coordinates on which the speeds depend: {', '.join(rates)}"
+        what = f"at which coordinates change on which the speeds depend: {', '.join(rates)}"
     elif verdict.varies == (-1,):
-        what = "whose equations change with the time t"
+        what = "whose equations depend on the time t"
     else:
-        what = f"that moves {', '.join(rate_of(i) for i in verdict.varies)}, with which the equations change"
+        what = f"at which coordinates change on which the equations depend: {', '.join(rate_of(i) for i in verdict.varies)}"
     if speeds:
-        return f"{head} {what}. With independent speeds {speeds} it is a steady motion: name those, or none."
+        return f"{head} {what}. With independent speeds {speeds} it is a steady motion: name these in independent=, or leave it out."
     return (
         f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False.{left_out(eom)}"
     )
@@ -318,7 +318,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
 
     names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
     names += ["unit length of Euler parameters"] * len(lengths)
-    came = "one that misses {} with parameters at their defaults"
+    came = "one that violates {} with parameters at their defaults"
     cure = "Give expressions that satisfy them for all parameters."
     expect.none(misses(names, sample(values[rates:])), "a point on the constraints", came, cure, error=SimulationError)
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
@@ -333,7 +333,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     a, b = result[:, : len(rows)], result[:, len(rows) :]
     left = zip(states, sample(values[rows]), dependence(sample(a), *counts), strict=True)
     remains = (f"{s}' = {x:.6g}" for s, x, matters in left if matters and not abs(x) <= GIVEN)
-    came = "a point where there remains {} with parameters at their defaults"
+    came = "a point at which {} with parameters at their defaults"
     expect.none(remains, "an equilibrium or a steady motion", came, error=SimulationError)
     inputs = tuple(r.name for r in eom.inputs)
     return SymbolicLinear(states, inputs, len(tangent.free_q), Matrix(a, a.shape), Matrix(b, b.shape))
@@ -366,8 +366,9 @@ def _of_either_side(
     flat, corner = on_either_side(roots, at, made)
     if corner is not None:
         raise CornerError(
-            f"Expected a point at which the equations have one derivative, got a corner: {cut(str(corner.nodes[0]), 80)} turns at "
-            f"{cut(str(corner.quantity))} = 0. kn.linearize(eom, …, side=…) takes the derivative of one side in numbers."
+            f"Expected a point at which the equations have one derivative, got a corner: {cut(str(corner.nodes[0]), 80)} "
+            f"switches at {cut(str(corner.quantity))} = 0. Use kn.linearize(eom, …, side=…), which computes a one-sided "
+            "derivative in numbers."
         )
     table = np.array(flat, dtype=object).reshape(-1, len(roots))
     return table[0], table[1:].T

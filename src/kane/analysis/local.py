@@ -148,10 +148,10 @@ def at_false_pole(eom: Equations) -> str:
     pivots = [p for p in dict.fromkeys(eom.derived.kinematical.pivots) if not is_constant_in_time([p])]
     told = ", ".join(f"{cut(p)}" for p in pivots[:_TOLD])
     return (
-        f"Expected speeds in which the unsolved equations are regular at this state, got W of q' = W u + X that divides by {told}, "
-        "which vanishes here or nearly does: a false pole, which the motion has not. eom.evaluate, compiled code and kn.simulate hold "
-        'there; for this, declare speeds that need no such division, System(speeds=…), "rates" for u = q\', or take a state farther '
-        "from it."
+        "Expected speeds in which the unsolved equations are regular at this state, got W of q' = W u + X that divides by "
+        f"{told}, which is zero or nearly zero here: a false pole, a singularity of the speeds but not of the motion. "
+        "eom.evaluate, compiled code and kn.simulate are valid there; here, declare speeds that need no such division, "
+        'System(speeds=…), "rates" for u = q\', or choose a state farther from it.'
     )
 
 
@@ -170,9 +170,9 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
         names = ", ".join(eom.constraints.constraints[i].name for i in partition.redundant)
         raise SingularError(
             at_false_pole(eom)
-            or f"Expected constraints of constant rank {len(rows)}, got rank {len(partition.rows)} at this state: it is a singular "
-            f"configuration, where the motion may branch and has no derivative. {names} follow from the others here only. Take a "
-            "state beside it."
+            or f"Expected constraints of constant rank {len(rows)}, got rank {len(partition.rows)} at this state: it is a "
+            f"singular configuration, where the motion may branch and has no derivative. {names} follow from the others "
+            "only here. Choose a nearby state."
         )
     return partition.rows
 
@@ -231,8 +231,8 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
     if matrix.size and not (surely_regular(scaled[None], least)[0] or singular(scaled).regular(least)):
         raise SingularError(
             at_false_pole(eom)
-            or "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
-            "no mass here, or reactions cannot be told apart."
+            or "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a "
+            "speed moves no mass here, or only combinations of reactions are determined."
         )
     return _solving(matrix, keep)
 

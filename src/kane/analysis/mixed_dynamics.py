@@ -88,7 +88,7 @@ class Inverse(Attributes):
             if eom.constraints.constraints and not set(missing) <= set(self.known):
                 cure = "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
             raise ValueMissingError(
-                "Expected values of all coordinates, independent speeds and of what is not unknown, got none for "
+                "Expected values of all coordinates, independent speeds and quantities that are not unknowns, got none for "
                 f"{', '.join(s.name for s in missing)}. {cure}"
             )
         if eom.dependent_speeds:
@@ -167,8 +167,8 @@ class Inverse(Attributes):
         if not (np.isfinite(own.matrix).all() and np.isfinite(own.drive).all()):
             raise SingularError(
                 at_false_pole(eom)
-                or "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
-                "parameters are singular there. Take other states."
+                or "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, "
+                "speeds or parameters are singular there. Give other states."
             )
         n, m, size = len(eom.speeds), len(eom.b), own.right.shape[-1]
         places = np.hstack([bundle.places("matrix"), bundle.places("drive")])
@@ -211,8 +211,8 @@ class Inverse(Attributes):
             own = own / (np.abs(own).max(initial=0) or 1.0)
             terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
             raise SingularError(
-                f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
-                "can be added without any effect. Give one of these, or take another unknown in its place."
+                "Expected unknowns that the equations determine, got a combination that they leave undetermined: "
+                f"{' '.join(terms)} can be added without any effect. Give one of these, or replace it by another unknown."
             )
         return z
 
@@ -302,11 +302,11 @@ def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:
         f"({', '.join(s.name for s in wanted)}): "
     )
     if len(wanted) > count:
-        raise SimulationError(f"{head}too many. Give the others.")
+        raise SimulationError(f"{head}too many. Give values of the others.")
     own = ", ".join(s.name for s in choices[-1]) or "none here"
     raise SimulationError(
-        f"{head}too few. The accelerations of the dependent speeds and the reactions ({own}) are added only where that makes the "
-        "count right; list what else is unknown."
+        f"{head}too few. The accelerations of the dependent speeds and the reactions ({own}) are added only if the count is "
+        "right with them; list the other unknowns, too."
     )
 
 
@@ -317,8 +317,8 @@ def _check_affine(equations: Unsolved, driven: Sequence[Symbol]) -> None:
         affine_forms(equations.right, driven)
     except NotAffineError as error:
         raise NotAffineError(
-            f"Expected unknown inputs that enter the loads linearly, got one that does not: {error} Make a force or torque itself the "
-            "input, and solve for the rest afterwards."
+            f"Expected unknown inputs that enter the loads linearly, got one that does not: {error} Make the force or torque "
+            "itself the input, and solve for the original input afterwards."
         ) from error
     came, cure = "{}, which multiplies a reaction or an acceleration", "Give it, or make the force itself the input."
     expect.none(inside, "unknown inputs that enter the loads linearly", came, cure, error=NotAffineError)

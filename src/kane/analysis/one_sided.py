@@ -368,8 +368,9 @@ def check_cones(flow: Flow, outputs: Outputs) -> None:
         if there is None or different_slopes((here, there)).any():
             what = ", ".join(f"{cut(str(n), 80)} = 0" for n in standing[:3])
             raise CornerError(
-                f"Expected a state at which the equations have one derivative, got one at which {what}: slopes beside it depend on "
-                "the direction in which it is left. Take a state beside it, or give the length a small eps, sqrt(v.dot(v) + eps^2)."
+                f"Expected a state at which the equations have one derivative, got one at which {what}: derivatives nearby "
+                "depend on the direction in which the state is left. Choose a nearby state, or give the length a small eps, "
+                "sqrt(v.dot(v) + eps^2)."
             )
 
 

@@ -115,7 +115,7 @@ def left_out(eom: Equations) -> str:
 def _of_a_mode(contacts: Sequence[ContactLaw]) -> str:
     first = contacts[0]
     mode = "stick" if first.slips else "closed"
-    return f"Take the equations of a mode: kn.derive(eom.system.in_modes({{{first.name!r}: {mode!r}}}))."
+    return f"Use the equations of a mode: kn.derive(eom.system.in_modes({{{first.name!r}: {mode!r}}}))."
 
 
 def _touches(eom: Equations, gap: Expr, point: State) -> bool:

@@ -270,7 +270,7 @@ def _problem(
 
 def _unknowns(task: SteadyProblem, place: int, start: Array, span: float) -> ScaledConditions:
     """The unknowns with, last, the varied value, scaled by its range; unknowns on which nothing depends keep their values."""
-    expected, came = "values that leave one branch", "a family: {} can take other values at the start"
+    expected, came = "values that determine one branch", "a family of branches: {} can have other values at the start"
     cure = "Give some of them as numbers."
     expect.none(undetermined(task, start, task.free), expected, came, cure, error=ValueMissingError)
     frozen: set[int] = set()
@@ -325,8 +325,8 @@ def _branch(
     if any(corners):
         where = ", ".join(unknowns.last(path.points[k]) for k, told in zip(path.marked, corners, strict=True) if told)
         warn(
-            f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
-            f"side on which the branch has its nearest other point. {next(filter(None, corners))}"
+            f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are "
+            f"one-sided, on the side of the nearest other point of the branch. {next(filter(None, corners))}"
         )
     # indices of the marked points that follow the crossings
     after = np.searchsorted(path.marked, [c.interval for c in met], side="right").tolist()

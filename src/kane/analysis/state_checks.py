@@ -101,7 +101,7 @@ def check_unit_length(eom: Equations, x: Array) -> None:
         off = lengths[np.abs(lengths - 1) > GIVEN]
         expected = f"Euler parameters ({', '.join(e.name for e in s.coordinates)}) with e0² + e1² + e2² + e3² = 1"
         came = f"length {off[0]:.9g}" if len(off) else ""
-        expect.that(not came, expected, came=came, cure="Divide them by it.", error=SimulationError)
+        expect.that(not came, expected, came=came, cure="Divide them by this length.", error=SimulationError)
 
 
 def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
@@ -157,8 +157,8 @@ def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, 
         where = f" at index {first.written}" if first.place else ""
         turned = turned_closures(conditions.branches, angles[first.place])
         raise SimulationError(
-            f"Expected {what} on the branch that the closures mean, got {turned}{where}. kn.assemble finds one on it "
-            f"from guesses{cure}."
+            f"Expected {what} on the intended branch of the closures, got {turned}{where}. kn.assemble finds one on it from "
+            f"guesses{cure}."
         )
 
 
@@ -169,7 +169,7 @@ def check_kinetic_energy(speeds: Sequence[Symbol], m: Array, place: str) -> None
         return
     names = ", ".join(str(u) for u, c in zip(speeds, direction, strict=True) if abs(c) > TAKES_PART)
     raise SimulationError(
-        f"Expected a kinetic energy ≥ 0 for all speeds, got a negative one of {names} {place}: bodies of these masses and inertias "
-        "cannot have it, and a beam has it where it is bent further than its equations hold. Take smaller deformations, or correct "
-        "the masses and inertias."
+        f"Expected a kinetic energy ≥ 0 for all speeds, got a negative one of {names} {place}: physically possible masses and "
+        "inertias exclude this, and a beam has it if it is bent beyond the validity of its equations. Give smaller "
+        "deformations, or correct the masses and inertias."
     )

@@ -123,7 +123,7 @@ def problem(
     for what, part in zip(GROUPS.values(), parts, strict=True):
         if what in ("inputs", "parameters"):
             missing = [getattr(eom, what)[i].name for i in part.missing]
-            came = "none for {}: give a number to keep, or kn.guess(value) to have it solved for"
+            came = "none for {}: give a number to keep it, or kn.guess(value) to solve for it"
             expect.none(missing, f"a value for every one of the {what}", came, error=ValueMissingError)
     x = np.concatenate([part.values for part in parts])
     first = np.cumsum([0, *(len(part.values) for part in parts)]).tolist()
@@ -195,7 +195,7 @@ def trim(
 def _found(task: SteadyProblem, tolerance: float) -> State:
     """The steady motion that solves a problem; raises ValueMissingError if values left out are not determined."""
     numeric, x = task.conditions.numeric, solve_problem(task, tolerance)
-    expected, came = "values that determine the steady motion", "too few: {} can still take other values"
+    expected, came = "values that determine the steady motion", "too few: {} can still have other values"
     cure = "Give some of them, or a guess for each: kn.guess(value)."
     expect.none(undetermined(task, x, task.missing), expected, came, cure, error=ValueMissingError)
     arrays = closed(numeric, task.conditions.state(x))
@@ -260,8 +260,8 @@ def solve_problem(task: SteadyProblem, tolerance: float) -> Array:
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
     away = turned_closures(branches(task.conditions.eom.system), turned(x))
-    expected = "a steady motion on the branch that the closures mean"
-    cure = "Guess coordinates on that branch: kn.assemble finds them."
+    expected = "a steady motion on the intended branch of the closures"
+    cure = "Guess coordinates on this branch, which kn.assemble finds."
     expect.that(not away, expected, came=away, cure=cure, error=SimulationError)
     return x
 
@@ -296,9 +296,9 @@ def _failed(task: SteadyProblem, residual: Array, shares: Array, steps: int) -> 
     remains = [f"{name} = {x:.6g}{' ' + unit if unit else ''}" for name, unit, x in worst]
     solved = [task.conditions.symbols[i].name for i in task.free]
     return (
-        f"Expected a steady motion with the values given, got none: after {steps} steps there remains {', '.join(remains)}. Solved "
-        f"for were {', '.join(solved) or 'no values'}; guess nearer, or mark more values with kn.guess(…)."
-        f"{left_out(task.conditions.eom)}"
+        f"Expected a steady motion with the values given, got none: after {steps} steps the residuals are "
+        f"{', '.join(remains)}. The unknowns were {', '.join(solved) or 'no values'}. Give better guesses, or mark more "
+        f"values with kn.guess(…).{left_out(task.conditions.eom)}"
     )
 
 

@@ -25,8 +25,8 @@ from kane.numeric.scale import CHANGES_SIDE, CLOSED_FULLY, CLOSED_NEARLY, LATER,
 
 _TURNS, _DOUBLINGS = 2, 80
 NESTED = (
-    "LSODA runs once at a time, and a function asked during the motion, of an input or an event, runs another LSODA: take another "
-    "method for one of them, such as method='auto' here or 'DOP853' there. The motion ends"
+    "LSODA is not reentrant, and a function of an input or of an event, which is called during the motion, runs LSODA itself: "
+    "use another method for one of them, such as method='auto' here or 'DOP853' there. The motion ends"
 )
 
 
@@ -36,7 +36,7 @@ def no_step(
     """Why a kernel finds no step from the time in `s` and the state y; `fixed` is the length of fixed steps, else None."""
     t, now = float(s[Slot.TIME]), stepper.now
     if back is ReturnCode.UNDERFLOW and fixed:
-        return f"a step of max_step={fixed:g} from t = {t:.6g} is not found by iteration: give a shorter one"
+        return f"the iteration for a step of max_step={fixed:g} from t = {t:.6g} does not converge: give a shorter max_step="
     fastest = now.rates.labels[int(s[Slot.WORST])]
     told = (
         f"no step is short enough for {fastest}, which changes fastest"
@@ -66,7 +66,7 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
     if failure == NESTED:
         return f"{failure} at t = {t:.6g}"
     if told:
-        return f"the motion does not get on beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
+        return f"the motion makes no progress beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
     coarse = indistinct_times(t, span)
     if coarse:
         return f"no step is short enough at t = {t:.17g}: {coarse}"
@@ -79,8 +79,8 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
 def constraint_failure(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
     """Why constraints can be satisfied up to y at t but not beyond; `missed` is the violation as text."""
     return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
-        f"the constraints cannot be kept beyond t = {t:.6g}: {missed} there, more than the tolerances leave open. They contradict "
-        "each other from there on, or those that were redundant before hold something else: leave one out, or correct it"
+        f"the constraints cannot be satisfied beyond t = {t:.6g}: {missed} there, more than the tolerances allow. From there on "
+        "they contradict each other, or constraints that were redundant before require something else: leave one out, or correct it"
     )
 
 
@@ -103,10 +103,10 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
         return ""
     worst = int(np.argmax(left))
     return (
-        f"{constraints.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
-        f"{least:.1e} of the largest): at t = {later:.6g} {nearest.residual[worst]:.2g} is left of it in the nearest "
-        "configuration. The drive carries the parts further than they reach: end before, drive them another way, or correct the "
-        "lengths"
+        f"{constraints.names[worst]!r} cannot be satisfied beyond t = {t:.6g}, where the constraints lose rank (smallest "
+        f"singular value {least:.1e} of the largest): at t = {later:.6g} its residual is {nearest.residual[worst]:.2g} in the "
+        "nearest configuration. The prescribed motion leads beyond the reach of the parts: end the motion earlier, prescribe "
+        "another one, or correct the lengths"
     )
 
 
@@ -143,7 +143,6 @@ def standing(now: Routines, quantities: Sequence[Expr]) -> str:
 
 def _switch_message(s: Switch) -> str:
     return (
-        f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
-        f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} in its place and choose "
-        'method="Radau"'
+        f"{cut(s.text, 80)} in the {s.load} switches back and forth, as {cut(s.quantity)} reaches zero again and again. "
+        f'Declare friction by kn.friction(…) or kn.dry_friction(…), or {s.smooth} instead and choose method="Radau"'
     )

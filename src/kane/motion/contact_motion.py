@@ -128,9 +128,10 @@ class ContactMotion:
         choice = touch.choose(order, sliding, friction, [_mode(before[i], sliding[i]) for i in order])
         if choice.count is SolutionCount.SEVERAL:
             warn(
-                f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
-                f"friction. Taken was {_modes_text(self.contacts, order, choice.modes)}, which friction does not press in, goes on as "
-                "before or has least forces: rigid bodies do not tell more. Give what yields a stiffness, or less friction."
+                f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that satisfy the laws of "
+                f"friction. The motion continues with {_modes_text(self.contacts, order, choice.modes)}: modes without "
+                "wedging are preferred, then the previous mode, then the smallest forces. For rigid bodies the mode is not "
+                "unique. Give compliant parts a stiffness, or reduce the friction."
             )
         for n, i in enumerate(order):
             mode, c, by = choice.modes[n], self.contacts[i], self.layout.pressed_by[i]
@@ -139,7 +140,7 @@ class ContactMotion:
             if mode is ContactStatus.OPEN:
                 if c.gap is None:
                     raise SimulationError(
-                        f"{c.name} opens, which the coordinates do not let it: go on with a model that has its gap as a coordinate"
+                        f"{c.name} opens, but no coordinate describes its gap: continue with a model that has one"
                     )
                 continue
             if mode is ContactStatus.STICK or not c.slips:
@@ -238,8 +239,8 @@ class ContactMotion:
                 near, SAME_TIME * far
             ):  # a motion may have ended within rounding of its time
                 raise SimulationError(
-                    f"Expected a gap of the contact {c.name!r} at or above zero at the start, got {g:.6g}: one body is within the "
-                    "other. Move one of them."
+                    f"Expected a gap of the contact {c.name!r} at or above zero at the start, got {g:.6g}: the bodies "
+                    "overlap. Move one of them."
                 )
             if c.gap is None or (g <= near and touch.gap_rates[i] <= GIVEN * touch.velocity_terms[i * self.layout.d]):
                 closed.add(i)
@@ -323,8 +324,8 @@ class ContactMotion:
                 if np.abs(sums - np.eye(len(sums))).max(initial=0) > EQUAL:
                     names = ", ".join(self.contacts[i].name for i in stand.members)
                     raise SimulationError(
-                        f"Expected contacts that keep their places beside each other, got {names}, whose forces rigid bodies do not "
-                        "tell and which have moved. Leave one out, or give what yields a stiffness"
+                        f"Expected contacts that keep their positions relative to each other, got {names}, which have moved "
+                        "and whose forces are not unique for rigid bodies. Leave one out, or give compliant parts a stiffness"
                     )
 
     def _gained(self, choice: ModeChoice, n: int) -> float:
@@ -499,8 +500,8 @@ class ContactMotion:
                 self.slack[n] = max(ROUNDED * touch.numbers.gap_terms[n], least) + 2 * abs(gap)
                 if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far) + least:
                     raise SimulationError(
-                        f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which hops: it opens, "
-                        "and falls, without end. Give what yields a stiffness, or less friction"
+                        f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which opens and "
+                        "closes without end. Give compliant parts a stiffness, or reduce the friction"
                     )
             elif mode is ContactMode.SEPARATED:
                 self.slack[n] = max(-gap, 0.0)
@@ -682,7 +683,7 @@ def _to_its_end(
             if not way.pieces:
                 raise
             last = f" after {way.pieces[-1].event.name!r}" if way.pieces[-1].event else ""
-            told = f"the motion does not go on{last} at t = {float(way.pieces[-1].t[-1]):.9g}: {error}"
+            told = f"the motion cannot continue{last} at t = {float(way.pieces[-1].t[-1]):.9g}: {error}"
             return ended(status="stopped", event=None, message=told)
         if way.t >= end:
             return ended(status="finished", event=None, message=f"reached t = {end:g}")
@@ -847,8 +848,8 @@ class _ContactCourse:
         at, t = self.at, self.t
         if self.still > AT_ONCE or self.count > _MODES:
             raise SimulationError(
-                f"Expected a mode of the contacts that lasts, got {self.still or self.count} changes up to t = {t:.9g}, the last "
-                f"by {event.name!r}. Give a restitution below 1, or end the motion before."
+                f"Expected a mode of the contacts that lasts, got {self.still or self.count} changes up to t = {t:.9g}, the "
+                f"last by the event {event.name!r}. Give a restitution below 1, or end the motion earlier."
             )
         self.before = self.now.modes
         self.x, self.now, over = at.after(t, self.x, self.now, event)

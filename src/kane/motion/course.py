@@ -99,7 +99,7 @@ class Pace:
         t, since = self.states[-1][0], self.states[0][0]
         told = chattering(now, self.states, self.before) if t - since < HELD * self.length else ""
         return (
-            f"the motion does not get on beyond t = {t:.6g}, {RECENT} steps led on by {t - since:.1e} s: {told}"
+            f"the motion makes no progress beyond t = {t:.6g}, where {RECENT} steps advanced by {t - since:.1e} s: {told}"
             if told
             else ""
         )
@@ -118,8 +118,9 @@ class Pace:
         if gained >= _LEAST * self.length:
             return ""
         return (
-            f"the motion does not get on: {MANY_STEPS} steps led from t = {t - gained:.6g} to {t:.6g}, {gained / self.length:.1e} of "
-            'the span. Choose method="Radau" where the equations are stiff, end before, or give max_steps= to go on all the same'
+            f"the motion makes too little progress: {MANY_STEPS} steps advanced from t = {t - gained:.6g} to {t:.6g}, "
+            f'{gained / self.length:.1e} of the span. Choose method="Radau" if the equations are stiff, end the motion '
+            "earlier, or give max_steps= to continue nevertheless"
         )
 
 
@@ -131,7 +132,7 @@ class Verdict(Enum):
     SINGULAR = "left to SciPy's solver, which passes singular states"
     TURNED = "not taken: another branch of a closure lies there"
     MISSED = "not taken: a constraint does not hold there"
-    BENT = "not taken: constraints hold other positions or velocities there"
+    BENT = "not taken: constraints require other positions or velocities there"
 
 
 class StepVerdict(NamedTuple):
@@ -342,7 +343,7 @@ class Course:
         if found.verdict is Verdict.BENT:
             return self.stopped(found.message, (step.t, step.first))
         if found.verdict is Verdict.TURNED:
-            return self.stopped(f"another branch of the closures lies beyond t = {step.t:.6g}: {found.message}")
+            return self.stopped(f"the closures are on another branch beyond t = {step.t:.6g}: {found.message}")
         return self.stopped(constraint_failure(self.stepper, step.t, step.first, self.span, found.message))
 
     def _meets(self, step: StepFound, kept: Array) -> tuple[list[tuple[Event, float]], End | None, float]:

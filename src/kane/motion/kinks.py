@@ -118,8 +118,9 @@ class Kinks:
                 name = self.eom.derived.constraints.constraints[int(np.argmax(apart))].name
                 node, quantity = self._node(name, [self.found[k]])
                 raise SimulationError(
-                    f"Expected a start beside the corners of constraints, got one on a corner of {name!r}: {cut(str(node), 80)} turns "
-                    f"at {cut(str(quantity))} = 0, and on its sides the constraint allows other velocities. Begin on one side of it."
+                    f"Expected a start beside the corners of constraints, got one on a corner of {name!r}: "
+                    f"{cut(str(node), 80)} switches at {cut(str(quantity))} = 0, and the constraint allows different "
+                    "velocities on its two sides. Start on one side of it."
                 )
 
     def _leap(
@@ -155,9 +156,9 @@ class Kinks:
     def _kink_message(self, t: float, what: str, name: str, turned: Sequence[SwitchedQuantity]) -> str:
         node, quantity = self._node(name, turned)
         return (
-            f"{what} would have to jump at t = {t:.6g}: the constraint {name!r} bends there, {cut(str(node), 80)} turns at "
-            f"{cut(str(quantity))} = 0. What an impact does no constraint says: end before, round the corner off with a small eps, "
-            "sqrt(c^2 + eps^2) for abs(c), or let a stiff spring hold the part in its place"
+            f"{what} would have to jump at t = {t:.6g}: the constraint {name!r} has a corner there, {cut(str(node), 80)} "
+            f"switches at {cut(str(quantity))} = 0. A constraint does not describe the impact: end the motion earlier, smooth "
+            "the corner with a small eps, sqrt(c^2 + eps^2) for abs(c), or replace the constraint by a stiff spring"
         )
 
     def _node(self, name: str, turned: Sequence[SwitchedQuantity]) -> tuple[Expr, Expr]:

@@ -46,8 +46,8 @@ def load_solution(path: Any, system: Equations | System) -> Solution:
     path = path_of(path, 'kn.load_solution("run.npz", eom)')
     if not isinstance(system, Equations | System):
         raise ArgumentError(
-            f"Expected the Equations or the System that the file is of, got {cut(repr(system))}. A file holds numbers alone: "
-            "kn.load_solution(path, eom)."
+            f"Expected the Equations or the System of the motion in the file, got {cut(repr(system))}. A file contains only "
+            "numbers: call kn.load_solution(path, eom)."
         )
     found = read(path)
     eom = system if isinstance(system, Equations) else derive(system)
@@ -88,8 +88,9 @@ def _with_stored_options(again: Callable[..., Any], solution: Solution, **more: 
     ):
         worst = [s.name for s in solution.equations.state][int(np.argmax(off))]
         raise SimulationError(
-            f"Expected the motion of the file once more, got one that ends with {worst} off by {off.max():.2g}: it was simulated with "
-            "a longest step, breakpoints or settings that a file does not keep. Simulate it here, or take more samples."
+            f"Expected the repeated motion to agree with the file, got one that ends with {worst} off by {off.max():.2g}: the "
+            "motion in the file was simulated with max_step=, breakpoints= or settings= that a file does not contain. "
+            "Simulate it here, or save more samples."
         )
     return replace(result, work=result.work + solution.work[0])
 
@@ -100,7 +101,7 @@ def _check_system(path: Path, found: Contents, eom: Equations) -> None:
         if kept != own:
             raise SolutionFileError(
                 f"Expected a file of these equations, with the {kind} {', '.join(own) or 'none'}, got {path} with "
-                f"{', '.join(map(str, kept)) or 'none'}. It is of another system: load it with that one."
+                f"{', '.join(map(str, kept)) or 'none'}. It belongs to another system: load it with that system."
             )
     differs = difference(Declared(found.header["declared"], found.arrays["declared"]), declared(eom.system))
     if differs:
@@ -185,5 +186,5 @@ def _event(met: Mapping[str, Event], name: str) -> Event:
         return met[name]
     raise SolutionFileError(
         f"Expected equations with the event {name!r}, which the motion in the file met, got those with "
-        f"{', '.join(map(repr, met)) or 'none'}. They are of another system: load the file with its own."
+        f"{', '.join(map(repr, met)) or 'none'}. They belong to another system: load the file with the system that was simulated."
     )

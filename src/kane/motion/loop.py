@@ -88,7 +88,7 @@ def run(
         except KaneError as error:
             if not pieces:
                 raise
-            return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
+            return _stopped(pieces, f"the motion cannot continue after {_names(phase.by)} at t = {t:.9g}: {error}")
         except Interrupted:  # before the first step of the phase
             if not pieces:
                 raise KeyboardInterrupt from None
@@ -133,9 +133,9 @@ def _without_end(by: Sequence[Event], t: float, pieces: Sequence[Solution]) -> s
     names = {e.name for e in by}
     count = sum(e.name in names for p in pieces for e, _ in p.events)
     return (
-        f"{_names(by)} acts without end at t = {t:.9g}, {count} times so far, as for a ball that bounces lower and lower: it comes to "
-        "rest there. End the motion before that by a terminal event on what becomes small, as kn.Event('rests', energy, threshold=…, "
-        "direction=-1), and go on from there with a model of rest; or let a force take the place of the event"
+        f"{_names(by)} acts without end at t = {t:.9g}, {count} times so far, as for a ball that bounces lower and lower until it "
+        "is at rest. End the motion before that by a terminal event on a quantity that becomes small, such as kn.Event('rests', "
+        "energy, threshold=…, direction=-1), and continue from there with a model at rest; or replace the event by a force"
     )
 
 
@@ -310,8 +310,8 @@ def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array
             if not begin.goes_on:
                 raise
             raise SimulationError(
-                f"Expected start= whose end satisfies the constraints with the values given now, got one that does not. {error} Leave "
-                "those values as they were, or begin anew from an assembled state: kn.assemble(eom, q={…}), then q= and u=."
+                "Expected start= whose end satisfies the constraints with the values given now, got one that does not. "
+                f"{error} Keep those values, or start from an assembled state: kn.assemble(eom, q={{…}}), then q= and u=."
             ) from error
         q, u = assembled.q, assembled.u
     return start_state(eom, q, u, begin.states)

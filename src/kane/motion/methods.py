@@ -84,21 +84,21 @@ STIFF = "radau9"
 _LANES = 4
 
 _NEEDS: tuple[tuple[Callable[[Equations, Sequence[Expr]], bool], Callable[[Integrator], bool], str], ...] = (
-    (lambda eom, laws: is_constrained(eom), lambda by: by.holds, "constraints or Euler parameters are kept"),
+    (lambda eom, laws: is_constrained(eom), lambda by: by.holds, "constraints or Euler parameters must be satisfied"),
     (has_jumps, lambda by: by.watches, "loads or inputs jump"),
-    (unfit, lambda by: False, "loads or inputs jump by tables of steps, or beside choices of pivots"),
+    (unfit, lambda by: False, "loads or inputs jump by tables of steps, or jump in equations with choices of pivots"),
     (lambda eom, laws: bool(eom.events), lambda by: by.watches, "events are watched"),
 )
 """Requirements of equations between two steps: whether they apply, whether an integrator meets them, and their text."""
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
     (
         lambda stepper, drives, by: bool(unheld(stepper)),
-        "constraints bend or lose rank, or W has poles that the motion has not",
+        "constraints have corners or lose rank, or W has false poles",
     ),
     (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions of time or state in Python"),
     (
         lambda stepper, drives, by: following(drives) and _blind(stepper, by),
-        "inputs follow from the state of a large system",
+        "inputs of a large system depend on its state",
     ),
 )
 """Further requirements of a motion: whether an integrator leaves them to Python, and their text."""
@@ -135,12 +135,12 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, ma
         return STEPPED
     if reasons:
         raise SimulationError(
-            f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Take '
-            f'method="{AUTO}", which steps such motions by SciPy\'s DOP853.'
+            f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Use '
+            f'method="{AUTO}", which integrates such motions by SciPy\'s DOP853.'
         )
     if INTEGRATORS[native].fixed and not math.isfinite(max_step):
         raise SimulationError(
-            f'Expected the length of the steps of method="{native}", which does not choose it, got none. Give it as max_step=.'
+            f'Expected max_step=, the fixed step length of method="{native}", got none. Give the length in s.'
         )
     return native
 

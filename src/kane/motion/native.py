@@ -260,7 +260,7 @@ class KernelSolver:
             return False
         name = implicit(self.stepper, self.stepper.now.drives)
         own, of_scipy = name in INTEGRATORS, f"SciPy's {name}"
-        told = f"steps of {self.method} were short for stability alone; {name if own else of_scipy} leads on"
+        told = f"steps of {self.method} were limited by stability, not accuracy; {name if own else of_scipy} continues"
         self._told("the equations are stiff", told)
         if own:
             self.stiffness.leaves(self.method)
@@ -278,7 +278,8 @@ class KernelSolver:
             return False
         name = self.stiffness.comes_back(self.s)
         self._told(
-            "the equations are stiff no more", f"steps of {self.method} were stable in {name}, too, which leads on"
+            "the equations are stiff no more",
+            f"steps of {self.method} are short enough for {name}, which continues",
         )
         self._go_over(t, name)
         return True
@@ -304,7 +305,7 @@ class KernelSolver:
             if held or back in (ReturnCode.UNDERFLOW, ReturnCode.NOT_FINITE)
             else ""
         )
-        return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
+        return f"the motion makes no progress beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
         """Collects the samples, changes of dependent speeds, and events with their actions that the kernel has logged."""
@@ -407,7 +408,7 @@ class KernelSolver:
         """No side of a switch leads on: stops, or at the start, or if its quantity stays zero, changes to SciPy's solver for good."""
         if back is ReturnCode.STANDS and self.t > self.span[0]:
             which = self.now.quantities[int(self.s[Slot.WORST]) - len(self.stepper.eom.events)]
-            return f"the motion does not get on beyond t = {self.t:.6g}: {standing(self.stepper.now, [which])}"
+            return f"the motion makes no progress beyond t = {self.t:.6g}: {standing(self.stepper.now, [which])}"
         self._hand_over(self.t, for_good=True)
         return None
 

@@ -206,7 +206,7 @@ def missed(
     worst = int(np.argmax(np.where(np.isfinite(off), off, 0.0)))
     if not off[worst] > 1:
         return ""
-    return f"{eom.derived.constraints.constraints[worst].name!r} is missed by {abs(residual[worst]):.3g}"
+    return f"{eom.derived.constraints.constraints[worst].name!r} is violated by {abs(residual[worst]):.3g}"
 
 
 def _residuals(numbers: Numbers, x: Array, reach: Array, tolerances: Tolerances) -> tuple[Array, Array]:

@@ -307,8 +307,8 @@ def _check_time(t: float | None, t0: float, t1: float) -> None:
     """A SimulationError unless the span begins at the time `t` of the start values."""
     if t is not None and abs(t0 - t) > SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(
-            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
-            "take start values that hold at its beginning."
+            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin the span "
+            "there, or give start values at its beginning."
         )
 
 
@@ -385,9 +385,10 @@ def check_conserved(solution: Solution, functions: Sequence[Any]) -> None:
 def _wrong_energy(solution: Solution) -> str:
     check = solution.energy_check
     return (
-        f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of the energy "
-        f"present at t = {check.at:.4g} s: the motion is not to be trusted from about there on. Tighten rtol= and atol= from "
-        f"{solution.rtol:g} and {solution.atol:g}, choose another method=, or look for what switches or becomes singular on the way."
+        f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of the "
+        f"energy present at t = {check.at:.4g} s: the motion is unreliable from about there on. Tighten rtol= and atol= from "
+        f"{solution.rtol:g} and {solution.atol:g}, choose another method=, or look for loads that switch and equations that "
+        "become singular during the motion."
     )
 
 
@@ -405,8 +406,8 @@ def warn_of_beams(solution: Solution) -> None:
             slope = _slope(solution, beam)
             if beam.deformation.stiffening and slope > _STEEPEST:
                 warn(
-                    f"Expected deflections of {beam.name} with slopes below {_STEEPEST:g}, as its strain energy has it, got "
-                    f"{slope:.3g}: the motion is that of another beam from about there on. Divide the beam into several."
+                    f"Expected deflections of {beam.name} with slopes below {_STEEPEST:g}, as its strain energy assumes, got "
+                    f"{slope:.3g}: the motion is inaccurate from about there on. Divide the beam into several."
                 )
 
 

@@ -198,14 +198,14 @@ def check_span(span: Any) -> tuple[float, float]:
         raise SimulationError(f"Expected a time span (t0, t1), got {cut(repr(span))}. Give two times in s.") from error
     if not (np.isfinite(t0) and np.isfinite(t1) and t1 > t0):
         raise SimulationError(
-            f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}). Motions run forwards: "
-            "swap the two, or end later."
+            f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}). Time increases during a motion: swap the two, "
+            "or end later."
         )
     apart = math.ulp(max(abs(t0), abs(t1)))
     if t1 - t0 < _TIMES * apart:
         raise SimulationError(
-            f"Expected a time span whose times numbers tell apart, got ({t0:.17g}, {t1:.17g}), where they are {apart:.2g} s apart: "
-            f"{(t1 - t0) / apart:.0f} in all. Count time from a nearer beginning, as (0, {t1 - t0:g})."
+            f"Expected a time span with enough floating-point numbers in it, got ({t0:.17g}, {t1:.17g}), where they are {apart:.2g} "
+            f"s apart: {(t1 - t0) / apart:.0f} in all. Use an origin of time closer to the span, such as (0, {t1 - t0:g})."
         )
     return t0, t1
 
@@ -251,7 +251,7 @@ def _out_of_order(times: Array, span: tuple[float, float]) -> str:
         return f"an array of shape {times.shape}. Give one list."
     back = np.flatnonzero(np.diff(times) <= 0)
     if back.size:
-        return f"{times[back[0] + 1]:.9g} after {times[back[0]]:.9g}. Sort them, and leave out what comes twice."
+        return f"{times[back[0] + 1]:.9g} after {times[back[0]]:.9g}. Sort them, and leave out repeated ones."
     return f"{times[0] if times[0] < span[0] else times[-1]:.9g}. Leave it out, or give a longer span."
 
 

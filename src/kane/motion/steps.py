@@ -171,7 +171,7 @@ class Stepper:
             lost = self._loses_rank(numbers)
         if lost and not self.lost:
             self._check_coupling(t)
-            told = f"the accelerations of least size were taken, where {self._losing(numbers)} lose rank"
+            told = f"the accelerations of least size are used where {self._losing(numbers)} lose rank"
             self._note(t, "rank of the constraints drops", told)
         self.lost = lost
         self.side = 0.0 if lost else self._side(numbers)
@@ -257,8 +257,8 @@ class Stepper:
     def _check_coupling(self, t: float) -> None:
         if any(x is not ZERO for row in self.eom.blocks.coupling for x in row):
             raise SimulationError(
-                f"Expected constraints of constant rank, got a drop at t = {t:.6g}, where loads that hold reactions leave the "
-                "accelerations undetermined. Start elsewhere, or leave out the loads that depend on reactions."
+                f"Expected constraints of constant rank, got a drop at t = {t:.6g}, where loads that contain reactions leave "
+                "the accelerations undetermined. Start elsewhere, or leave out the loads that depend on reactions."
             )
 
 
@@ -311,10 +311,10 @@ def unheld(stepper: Stepper) -> str:
     if stepper.projection is None:
         return ""
     if stepper.kinks is not None:
-        return "constraints bend"
+        return "constraints have corners"
     if stepper.lost or stepper.mixes != (None, None):
         return "constraints lose rank"
-    return "W has poles that the motion has not" if stepper.eom.solved.twin is not None else ""
+    return "W has false poles" if stepper.eom.solved.twin is not None else ""
 
 
 def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:

@@ -230,19 +230,17 @@ def finite_number(what: str, name: str, value: Any) -> float:
     except (TypeError, ValueError, OverflowError) as error:
         raise SimulationError(f"Expected a number as the {what} for {name}, got {_came(what, name, value)}") from error
     if not math.isfinite(number):
-        raise SimulationError(
-            f"Expected a finite {what} for {name}, got {number}. Give a number that motion can go on from."
-        )
+        raise SimulationError(f"Expected a finite {what} for {name}, got {number}. Give a finite number.")
     return number
 
 
 def _came(what: str, name: str, value: Any) -> str:
     """Words for a value that is not a number, and the cure."""
     if isinstance(value, Expr):
-        cure = f", or write it into the model in the place of {name}" if "time" in what else ""
-        return f"the expression {cut(value)}. Give the number that it stands for, kn.evaluate(…){cure}."
+        cure = f", or write it into the model instead of {name}" if "time" in what else ""
+        return f"the expression {cut(value)}. Give its value, kn.evaluate(…){cure}."
     if callable(value):
-        return f"the function {cut(getattr(value, '__name__', value))}. Call it, or give the number that it stands for."
+        return f"the function {cut(getattr(value, '__name__', value))}. Call it, or give its value."
     if isinstance(value, np.ndarray | list | tuple):
         return f"an array of shape {np.shape(value)}. Give one number, in the unit of {name}."
     return f"{cut(repr(value))}. Give a plain number in the unit of {name}."

@@ -170,7 +170,7 @@ def test_what_is_out_of_reach_is_marked_and_others_go_on():
     assert np.array_equal(found["status"].values == "found", possible)
     first = int(np.argmin(possible))
     assert np.isnan(found["q1"].values[~possible]).all()
-    assert f"got its end on the way from instance {first - 1}" in found["cause"].values[first]
+    assert f"got the end of this branch on the way from instance {first - 1}" in found["cause"].values[first]
     later = len(rocker) - 1
     close([found[f"q{i}"].values[later] for i in (1, 2, 3)], [found[f"q{i}"].values[0] for i in (1, 2, 3)])
 
@@ -255,7 +255,7 @@ def test_equilibria_under_a_load_that_grows():
     status = found["status"].values
     assert status[0] == "found"
     assert status[-1] == "failed"
-    assert "got its end on the way from instance" in found["cause"].values[-1]
+    assert "got the end of this branch on the way from instance" in found["cause"].values[-1]
     last = int(np.argmin(status == "found")) - 1
     for k in (0, last):
         own = {f"q{i}": kn.guess(float(found[f"q{i}"][k])) for i in (1, 2, 3)}
@@ -346,7 +346,7 @@ def test_a_torque_through_a_gear_however_far_it_goes(gains, none):
             kn.SimulationError,
             r"got 1 guesses too many",
         ),
-        ({"q": {"q1": [1, 2], **OPEN}, "all_branches": True}, kn.errors.ArgumentError, r"all_branches= of one state"),
+        ({"q": {"q1": [1, 2], **OPEN}, "all_branches": True}, kn.errors.ArgumentError, r"all_branches= for one state"),
     ],
 )
 def test_bad_input(given, error, told):
@@ -444,5 +444,5 @@ def test_names_of_what_a_dataset_tells_are_taken():
     x, y = kn.coordinates("x status")
     P = O.at("P", x * N.x + y * N.y)
     eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", holonomic=[kn.distance(P, O, 1.0)]))
-    with pytest.raises(kn.SimulationError, match=r"other names than instance, status, cause, residual, .*got 'status'"):
+    with pytest.raises(kn.SimulationError, match=r"names other than instance, status, cause, residual, .*got 'status'"):
         kn.assemble(eom, q={x: PLACES, y: kn.guess(-1)})

@@ -106,5 +106,5 @@ def test_they_are_for_co_simulation_alone(tmp_path):
         assert description.coSimulation is not None
         with pytest.raises(Exception, match=r"[Mm]odel [Ee]xchange|ModelExchange"):
             fmpy.simulate_fmu(str(unit.path), fmi_type="ModelExchange")
-    with pytest.raises(kn.ProgramError, match="a unit can run, got 64 modes of contacts, too many to have all"):
+    with pytest.raises(kn.ProgramError, match="a unit supports, got 64 modes of contacts, too many to include all"):
         kn.exchange.to_fmu(model("skidding_bicycle")[0], tmp_path / "refused.fmu", **model("skidding_bicycle")[1])

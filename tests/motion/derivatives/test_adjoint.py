@@ -206,7 +206,7 @@ def test_integrands_that_jump():
     s = sensitivities(eom, (0, 2), [b], q=[0.0], u=[0.0], inputs={F: push}, parameters={b: 1.1}, **ADJOINT)
     late = kn.where(kn.less(t, 2 * b - 1), 0.0, x**2)
     np.testing.assert_allclose(s.cost(integral=late).gradient, [-2 * (0.5 * 1.2**2) ** 2], rtol=1e-10)
-    with pytest.raises(kn.SimulationError, match=r"jumps at states: x < 0\.3"):
+    with pytest.raises(kn.SimulationError, match=r"jumps where the state crosses a threshold: x < 0\.3"):
         s.cost(integral=kn.where(kn.less(x, 0.3), 0.0, 1.0))
 
 

@@ -65,9 +65,9 @@ def test_what_workers_raise(client):
     def gone(values):
         raise kn.SimulationError("not these")
 
-    with pytest.warns(kn.KaneWarning, match="functions of Python"):
+    with pytest.warns(kn.KaneWarning, match="Python functions"):
         found = kn.simulate_many(eom, (0, 0.1), client=client, chunk=2, **given)
-    with pytest.warns(kn.KaneWarning, match="functions of Python"):
+    with pytest.warns(kn.KaneWarning, match="Python functions"):
         xarray.testing.assert_identical(found, kn.simulate_many(eom, (0, 0.1), **given))
     assert found.cause.values[1].startswith("Expected numbers from the function of the state for F, got ValueError")
     with pytest.raises(kn.SimulationError, match="not these"), pytest.warns(kn.KaneWarning):

@@ -190,7 +190,7 @@ def test_inputs():
 
 def test_functions_of_python_run_one_after_the_other():
     law, masses = (lambda t, s: -s[1]), spread(1, 2, 3)
-    with pytest.warns(kn.KaneWarning, match=r"got functions of Python for F: the 3 motions run one after the other"):
+    with pytest.warns(kn.KaneWarning, match=r"got Python functions for F: the 3 motions run one after the other"):
         runs = kn.simulate_many(
             DRIVEN, (0, 1), q={x: 1}, u={v: 0}, inputs={F: law}, parameters={m: masses}, samples=6, threads=2
         )

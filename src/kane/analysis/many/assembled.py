@@ -116,9 +116,9 @@ def _follow(
     rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
     if len(rows.rows) < len(free):
         raise SimulationError(
-            f"Expected coordinates that the constraints determine where arrays are given, got {len(free) - len(rows.rows)} guesses "
-            "too many: the place nearest to guesses is no branch to follow. Give numbers or arrays for as many of "
-            f"{', '.join(eom.coordinates[i].name for i in free)}."
+            f"Expected coordinates that the constraints determine where arrays are given, got {len(free) - len(rows.rows)} "
+            "guesses too many: the configuration nearest to guesses does not define a branch. Give numbers or arrays for as "
+            f"many of {', '.join(eom.coordinates[i].name for i in free)}."
         )
     chosen = tuple(sorted(rows.rows))
     routine = numeric.routine(square, chosen, tuple(free)).flat
@@ -153,8 +153,9 @@ def level_of(poses: Poses, k: int) -> LevelSet:
 def _ended(eom: Equations, free: Sequence[int], last: int, end: BranchEnd) -> str:
     at = ", ".join(f"{eom.coordinates[i].name} = {v:.6g}" for i, v in list(zip(free, end.x, strict=True))[:_TOLD])
     return (
-        f"Expected a configuration that the branch of the others leads to, got its end on the way from instance {last}, near {at}: a "
-        "dead point, or the limit of what the parts reach, where branches meet. Assemble what lies beyond by itself, from guesses."
+        "Expected a configuration on the branch of the other instances, got the end of this branch on the way from instance "
+        f"{last}, near {at}: a dead point, or the limit of reach of the parts, where branches meet. Assemble the "
+        "configurations beyond it separately, from guesses."
     )
 
 
@@ -188,8 +189,8 @@ def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, ca
         bad = misses(level.manifold.names, f[row], shares[row], CLOSED)
         told = ", ".join(bad) or turned_closures(level.manifold.branches, turned[row])
         causes[int(reached[row])] = (
-            f"Expected a configuration that satisfies the constraints, got one that misses {told}: rows that follow from the others "
-            "at the first instance do not here. Assemble it by itself."
+            f"Expected a configuration that satisfies the constraints, got one that violates {told}: constraints that follow "
+            "from the others at the first instance do not follow from them here. Assemble it separately."
         )
 
 
@@ -271,5 +272,5 @@ def _dataset(poses: Poses, q: Array, u: Array, left: Array, causes: Mapping[int,
     xarray, eom = package("xarray"), poses.eom
     symbols: tuple[Coordinate | Speed, ...] = (*eom.coordinates, *eom.speeds)
     own = poses.variables(symbols, np.hstack([q, u]).T)
-    own["residual"] = xarray.Variable("instance", left, {"long_name": "what is left of the constraints"})
+    own["residual"] = xarray.Variable("instance", left, {"long_name": "the residual of the constraints"})
     return poses.dataset(own, causes, {})

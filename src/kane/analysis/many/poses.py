@@ -122,7 +122,7 @@ class Poses:
         status = np.where(texts == "", "found", "failed").astype(object)
         own = dict(values)
         own["status"] = xarray.Variable("instance", status, {"long_name": "found, or failed"})
-        own["cause"] = xarray.Variable("instance", texts, {"long_name": "why there is none"})
+        own["cause"] = xarray.Variable("instance", texts, {"long_name": "the reason for which there is none"})
         shown: dict[str, Any] = {"instance": np.arange(self.count), **names}
         for kind in (*STARTS, *BY_NAME):
             for s, value in self.given(kind).items():
@@ -134,10 +134,8 @@ class Poses:
     def variables(self, symbols: Sequence[Symbol], values: Array) -> dict[str, Any]:
         """Variables for values (symbols × k), by name."""
         taken = (repr(s.name) for s in symbols if s.name in _OWN)
-        expected = (
-            f"coordinates and speeds of other names than {', '.join(_OWN)}, those of what a Dataset tells besides"
-        )
-        expect.none(taken, expected, cure="Name them otherwise.", error=SimulationError)
+        expected = f"coordinates and speeds with names other than {', '.join(_OWN)}, which the Dataset uses itself"
+        expect.none(taken, expected, cure="Rename them.", error=SimulationError)
         xarray = package("xarray")
         return {s.name: self.variable(xarray, s, x) for s, x in zip(symbols, values, strict=True)}
 

@@ -100,8 +100,8 @@ def _follow(poses: Poses, task: SteadyEquations, places: tuple[Array, int], caus
         at_end = ", ".join(f"{task.symbols[i].name} = {whole[k, i]:.6g}" for i in free[:_TOLD])
         way = f" on the way from instance {order[end.last]}" if end is not None else ""
         causes[k] = (
-            f"Expected a steady motion that the branch of the others leads to, got its end{way}, near {at_end}: there it meets "
-            "another one, or the equations are singular. Trim what lies beyond by itself, from guesses."
+            f"Expected a steady motion on the branch of the other instances, got the end of this branch{way}, near {at_end}: there "
+            "it meets another branch, or the equations are singular. Trim the states beyond it separately, from guesses."
         )
 
 

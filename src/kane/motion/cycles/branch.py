@@ -157,7 +157,7 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
     symbols = tuple(s for s in shooting.constants if isinstance(s, Parameter))
     (symbol,) = symbols_named("a parameter to follow", symbols, [parameter])
     begin = float(shooting.constants[symbol])
-    expected = f"to= as another value than {begin:g}, or several that increase or decrease from there"
+    expected = f"to= as a value other than {begin:g}, or several that increase or decrease from it"
     values = np.atleast_1d(expect.floats(to, expected, error=SimulationError))
     values = np.append(begin, values[values != begin])
     step = np.diff(values)
@@ -167,7 +167,7 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
     unknown = [n for n in cycle.names if n not in places]
     expect.none(
         unknown,
-        "coordinates of their own to follow a cycle",
+        "independent coordinates to follow a cycle",
         "small angles {} of Euler parameters",
         error=SimulationError,
     )

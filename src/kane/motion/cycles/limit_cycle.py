@@ -198,7 +198,7 @@ def limit_cycle(
     constants = map_.known(guess_.parameters)
     _check_map(map_, constants)
     free = tuple(s.name for s in symbols_named("cyclic", eom.state, list(cyclic)))
-    with working("Closing the cycle"):
+    with working("Computing the limit cycle"):
         shooting = Shooting(map_, constants, free)
         x = map_.admitted(guess_)
         if map_.section is not None and map_.section.then is None:
@@ -221,18 +221,17 @@ def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
         length = map_.length(constants)
         if not (np.isfinite(length) and length > 0):
             raise SimulationError(
-                f"Expected period > 0, the time in s after which the forcing is the same again, got {length:g}."
+                f"Expected period > 0, the time in s after which the forcing repeats, got {length:g}."
             )
         if not map_.timed(constants):
             raise SimulationError(
-                "Expected equations in which the time stands for a cycle over a period, got some without: a motion of theirs "
-                "that comes back "
-                "may begin anywhere on its way, and has any multiple of a period of its own. Give section= in the place of period=."
+                "Expected equations that depend on time for a cycle with a given period, got equations that do not: their cycles "
+                "may begin at any phase, and close after any multiple of a period of their own. Give section= instead of period=."
             )
     elif map_.timed(constants):
         raise SimulationError(
-            f"Expected equations without the time for a cycle that ends at the section {map_.section.name!r}, got some in which "
-            "it stands: the forcing must be the same again, too. Give period= in the place of section=."
+            f"Expected equations that do not depend on time for a cycle that ends at the section {map_.section.name!r}, got "
+            "equations that do: their forcing must repeat, too. Give period= instead of section=."
         )
 
 
@@ -241,7 +240,7 @@ def _check_on(map_: ReturnMap, x: Array, constants: Mapping[Expr, float]) -> Non
     assert map_.section is not None
     if abs(h) > SIX_DIGITS * terms:
         raise SimulationError(
-            f"Expected a start on the section {map_.section.name!r}, where {map_.section.quantity} = {map_.section.threshold:g}, "
-            "got one where it "
-            f"is {h + map_.section.threshold:.6g}. Move the start onto it; the last state of kn.poincare(…) lies there."
+            f"Expected a start on the section {map_.section.name!r}, where {map_.section.quantity} = "
+            f"{map_.section.threshold:g}, got one where it is {h + map_.section.threshold:.6g}. Move the start onto it, or "
+            "start from the last state of kn.poincare(…), which lies there."
         )

@@ -87,8 +87,8 @@ def poincare(
         eom, section, None, inputs=given.inputs, t0=t0, within=within, tolerances=(rtol, atol), settings=settings
     )
     constants = map_.known(given.parameters)
-    x, t, found, message = map_.admitted(given), t0, list[tuple[float, Array]](), "all that were asked for"
-    with working("Passing the section"):
+    x, t, found, message = map_.admitted(given), t0, list[tuple[float, Array]](), "all requested passages"
+    with working("Computing passages of the section"):
         for _ in range(count):
             try:
                 motion = map_(x, constants, begin=t)

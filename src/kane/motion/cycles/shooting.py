@@ -129,8 +129,8 @@ class Shooting:
             share = np.abs(slopes[:, i]) * scale[i] / scale
             if share.max(initial=0.0) > SIX_DIGITS:
                 raise SimulationError(
-                    f"Expected cyclic= of what nothing else depends on, got {names[i]}: {names[int(np.argmax(share))]} at the end "
-                    "of the motion depends on it. Leave it out: it must come back."
+                    f"Expected in cyclic= coordinates on which nothing else depends, got {names[i]}: {names[int(np.argmax(share))]} "
+                    "at the end of the motion depends on it. Leave it out, as it must return to its first value."
                 )
 
     def newton(self, x: Array, tolerance: float, most: int) -> tuple[FirstReturn, "Linearized", int]:
@@ -146,9 +146,9 @@ class Shooting:
             far(partial("a residual of {:.1e}".format, now.size))
             if self.map.section is not None and not now.moves:
                 raise SimulationError(
-                    f"Expected a motion between two passages of the section, got one that meets it where it began, after "
-                    f"{float(now.motion.t[-1]) - self.map.t0:.3g} s. Start as the section's action leaves the state, or farther "
-                    "from rest."
+                    "Expected a motion between two passages of the section, got one that meets it again right where it began, "
+                    f"after {float(now.motion.t[-1]) - self.map.t0:.3g} s. Start from the state that the section's action "
+                    "leaves, or farther from rest."
                 )
             linear = self.linear(now)
             if now.size <= ROUNDED_CHAIN:
@@ -164,10 +164,10 @@ class Shooting:
         names = [s.name for s in self.map.eom.state]
         worst = int(np.argmax(np.abs(now.left / now.scale)))
         raise SimulationError(
-            f"Expected a cycle near the start, got none by {most} of Newton's steps at most: the nearest motion misses its start by "
-            f"{now.left[worst]:.3g} in {names[worst]}, {now.size:.1e} of its size, after "
-            f"{float(now.motion.t[-1]) - self.map.t0:.6g} s. Start nearer "
-            "to it: let the motion settle by kn.simulate first, or follow the cycle from other values of the parameters."
+            f"Expected a cycle near the start, got none within {most} Newton steps: the closest motion ends "
+            f"{now.left[worst]:.3g} away from its start in {names[worst]}, {now.size:.1e} of its size, after "
+            f"{float(now.motion.t[-1]) - self.map.t0:.6g} s. Start closer to the cycle: let the motion settle by kn.simulate "
+            "first, or follow the cycle from other values of the parameters."
         )
 
     def _step(self, now: FirstReturn, linear: "Linearized") -> FirstReturn | None:
@@ -219,10 +219,9 @@ class Linearized:
         values = np.linalg.svd(matrix / scale[:, None], compute_uv=False)
         if values.min(initial=1.0) <= STATE_RANK:
             raise SimulationError(
-                "Expected a cycle that stands alone, got one with a multiplier 1: others lie beside it, as where energy is kept "
-                "or a coordinate "
-                f"may have any value. Give cyclic= for what goes on by itself (of {', '.join(self.names)}), or section= in the "
-                "place of period= where nothing depends on time."
+                "Expected an isolated cycle, got one with a multiplier 1: it is one of a family, as where energy is conserved "
+                "or a coordinate may have any value. Give cyclic= for coordinates that need not return (of "
+                f"{', '.join(self.names)}), or section= instead of period= if nothing depends on time."
             )
         return np.asarray(np.linalg.solve(matrix, right))
 

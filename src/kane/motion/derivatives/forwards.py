@@ -32,7 +32,7 @@ def differentiable(motion: Solution, what: Any) -> tuple[Sequence[Expr], tuple[i
     wanted = asked(motion.equations.derived, what)
     if wanted.shape is None:
         raise ExpressionError(
-            "Expected expressions of one kind in s[…], got a list of several: ask for one after the other."
+            "Expected expressions of one kind in s[…], got a list of several kinds. Pass one kind at a time."
         )
     return wanted.roots, wanted.shape
 

@@ -77,8 +77,8 @@ def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> lis
         if row[n + 1 + len(by) :].any():
             names = ", ".join(s.name for s in open_)
             raise SimulationError(
-                f"Expected inputs that are numbers or expressions where an event depends on them, got functions of Python: {names}. "
-                "Write them as expressions of kn.time and the state."
+                "Expected inputs that are numbers or expressions, as an event depends on them, got Python functions: "
+                f"{names}. Write them as expressions of kn.time and the state."
             )
         result.append(Gradient(row[:n], float(row[n]), row[n + 1 : n + 1 + len(by)]))
     return result
@@ -180,8 +180,8 @@ def differenced(
         best = int(np.argmin(apart))
         if not apart[best] <= SIX_DIGITS * max(float(np.abs(some[best]).max(initial=0)), 1.0):
             raise SimulationError(
-                f"Expected {what} to be smooth beside the cycle, got one that has corners there: near by another law holds, as where "
-                "friction just holds in an impact. Take other values of the parameters."
+                f"Expected {what} to be smooth near the cycle, got one that has a corner there: a different law applies "
+                "nearby, as where friction in an impact is just sufficient. Give other values of the parameters."
             )
         found.append(some[best + 1])
     return np.column_stack(found)
@@ -227,7 +227,7 @@ def _goes_on(f: Any, g: Any) -> bool:
 
 
 def _refuse(found: Sequence[Expr], event: Event) -> None:
-    cure = "Make them further states, which the event sets: kn.state."
+    cure = "Make them further states by kn.state, which the event sets."
     told = f"a function of the event {event.name!r} that sets the state, or parameters to numbers, for the derivative of a motion"
     expect.none(map(str, found), told, "one that sets {}", cure, error=SimulationError)
 

@@ -246,6 +246,6 @@ def _check_independent(basis: Array, kept: Sequence[int], free: Sequence[Symbol]
     regular = (sizes > 0).all() and np.linalg.matrix_rank(basis[kept] / sizes[:, None], SIX_DIGITS) == len(kept)
     if not regular:
         raise SimulationError(
-            f"Expected start values that constraints leave free, got {', '.join(s.name for s in free)}, of which some follow from the "
-            f"others. Independent ones are {', '.join(names)}."
+            f"Expected start values that the constraints leave independent, got {', '.join(s.name for s in free)}, some of "
+            f"which follow from the others. Independent ones are {', '.join(names)}."
         )

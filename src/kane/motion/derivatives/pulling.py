@@ -115,9 +115,9 @@ class Integrand:
         jumping = next((s for s in turning({"integral": own}) if s.jumps), None)
         if jumping is not None:
             raise SimulationError(
-                "Expected an integrand that is smooth between events for the derivative of its integral, got one that jumps at "
-                f"states: {jumping.text}. Round it off ({jumping.smooth}), or let it hold a further state "
-                "that an event sets there: kn.state."
+                "Expected an integrand that is smooth between events for the derivative of its integral, got one that jumps "
+                f"where the state crosses a threshold: {jumping.text}. Smooth it ({jumping.smooth}), or replace it by a "
+                "further state, kn.state, that an event sets there."
             )
         return own
 

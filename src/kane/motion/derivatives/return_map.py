@@ -184,8 +184,8 @@ class ReturnMap:
     def _check_end(self, motion: Solution, span: tuple[float, float]) -> None:
         end, last = float(motion.t[-1]), motion.phases[int(motion.phase[-1])].parameters
         changed = (s.name for s in self.eom.parameters if last[s] != motion.parameters[s])
-        cure = "Let an event set them back, or make them further states: kn.state."
-        expect.none(changed, "parameters that are the same at the end", "others of {}", cure, error=SimulationError)
+        cure = "Let an event reset them, or make them further states by kn.state."
+        expect.none(changed, "initial values of parameters at the end", "others of {}", cure, error=SimulationError)
         if self.section is None:
             if motion.status == "finished":
                 return
@@ -201,8 +201,8 @@ class ReturnMap:
             else f"one that ended at t = {end:.6g}: {motion.message}"
         )
         raise SimulationError(
-            f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start nearer to the cycle, give the "
-            "event the direction in which the cycle crosses it, or wait longer: within=…."
+            f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start closer to the cycle, give "
+            "the event the direction in which the cycle crosses it, or allow more time by within=…."
         )
 
     def differential(

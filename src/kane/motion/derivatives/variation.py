@@ -274,8 +274,9 @@ class Differential:
         every = np.array([*jumping, *others])
         if not np.ptp(every, axis=0).max(initial=0) <= SIX_DIGITS * np.abs(every).max(initial=0) < np.inf:
             raise SimulationError(
-                f"Expected rates that jump at one time, got several times at t = {before.t:.9g} that parameters move apart, or one "
-                "that they move without bound: there is no one derivative. Take values at which they come one by one."
+                f"Expected rates that jump at one time, got several jumps at t = {before.t:.9g} whose times change "
+                "differently with parameters, or one whose time changes without bound: the derivative is not unique. Give "
+                "values at which the jumps occur one after the other."
             )
         return jumping[0]
 
@@ -308,8 +309,8 @@ class Differential:
                 return [done[i] for i in range(len(stretches))]
         at = stretches[open_[0]]
         raise SimulationError(
-            f"Expected variational equations that can be stepped, got none from t = {at.t0:.6g} to {at.t1:.6g}: their solutions go on "
-            f"changing at {steps[open_[0]].sum()} steps of order 16."
+            f"Expected variational equations that can be integrated, got no convergence from t = {at.t0:.6g} to {at.t1:.6g}: "
+            f"their solutions still change at {steps[open_[0]].sum()} steps of order 16."
         )
 
     def _with(self, stretches: list[Stretch], which: list[int], steps: list[Indices], again: Again) -> list[Array]:
@@ -336,8 +337,9 @@ class Differential:
         if len(phase.by) != 1:
             names = " and ".join(repr(e.name) for e in phase.by) or "none"
             raise SimulationError(
-                f"Expected one event at an instant, got {names} at t = {before.t:.9g}: a motion beside it meets one first, then "
-                "the other, and there is no one derivative. Make one event of them, or take values at which they come one by one."
+                f"Expected one event at an instant, got {names} at t = {before.t:.9g}: neighbouring motions meet them one "
+                "after the other, and the derivative is not unique. Combine them into one event, or give values at which they "
+                "occur one after the other."
             )
         (event,) = phase.by
         ends = section is not None and event.name == section.name and number == int(motion.phase[-1])
@@ -354,9 +356,9 @@ class Differential:
         usual = np.abs(h.x) @ self.pace + abs(h.t)
         if not abs(rate) > SIX_DIGITS * usual:
             raise SimulationError(
-                f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = "
-                f"{before.t:.9g}, where "
-                f"its quantity has the rate {rate:.3g}: a motion beside it may miss it, and there is no derivative."
+                f"Expected a motion that crosses the event {event.name!r} with a nonzero rate, got one that grazes it at t = "
+                f"{before.t:.9g}, where its quantity has the rate {rate:.3g}: a neighbouring motion may miss it, and there is "
+                "no derivative."
             )
         dt = -(h.x @ psi) / rate
         dt[k:] -= h.p / rate
@@ -394,12 +396,12 @@ def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
 def _check(now: Routines) -> None:
     """Raises SimulationError if rates are discontinuous in the state, or an input is a sampled controller."""
     met = {
-        "loads, inputs or rates of states that jump at states": rates_jump(now.eom, turning_laws(now.drives)),
+        "loads, inputs or rates of states that jump with the state": rates_jump(now.eom, turning_laws(now.drives)),
         "a sampled controller": bool(controllers(now.drives)),
     }
     told = [text for text, holds in met.items() if holds]
     if told:
         raise SimulationError(
             f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. "
-            "Declare dry friction as kn.contact or kn.joints.stiction, and what switches by events that set a further state."
+            "Declare dry friction by kn.contact or kn.joints.stiction, and other switches by events that set a further state."
         )

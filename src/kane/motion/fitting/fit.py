@@ -283,8 +283,8 @@ def fit(
     expect.that(count <= few // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError)
     if count > 1 and sigma is None:
         raise SimulationError(
-            "Expected sigma= with segments=, got none: how far segments may be apart on the way is weighed against what the data are "
-            "known to. Give the standard deviation of each column, sigma={'q1': 0.001}."
+            "Expected sigma= with segments=, got none: gaps between segments, which close during the iteration, are weighed "
+            "against the accuracy of the data. Give the standard deviation of each column, sigma={'q1': 0.001}."
         )
     courses = [
         ParametricMotion.of(eom, (one.t[0], one.t[-1]), unknown, state_of(own, **by_kind), (rtol, atol), settings)
@@ -400,8 +400,8 @@ class FitSearch:
             problem.both(z)
         except _Failed as failed:
             raise SimulationError(
-                f"Expected a first motion over all of the data, got one that ended before: {failed}. Begin nearer: parameters= and "
-                "q=, u= have the first values of the unknowns; or take segments=."
+                f"Expected a first motion over all of the data, got one that ended earlier: {failed}. Give better first "
+                "values of the unknowns in parameters=, q= and u=, or use segments=."
             ) from None
         problem.scale = self._sizes(z)
         z = self._solved(z)
@@ -465,9 +465,9 @@ class FitSearch:
             if share <= _LEAST:
                 if np.abs(d).max() <= SIX_DIGITS and np.abs(c).max() <= SIX_DIGITS:
                     return z
-                raise self._none("no step makes it less")
+                raise self._none("no step decreases the merit function")
             z = z + share * size * d
-        raise self._none("all steps were taken")
+        raise self._none("all steps were used")
 
     def _share(
         self, z: Array, step: Array, bounds: tuple[Array, Array], most: float, sought: tuple[float, float, float, float]
@@ -494,9 +494,9 @@ class FitSearch:
             if share <= _LEAST:
                 if fall <= SIX_DIGITS:
                     return z
-                raise self._none("no step makes it less")
+                raise self._none("no step decreases the merit function")
             z = z + share * d
-        raise self._none("all steps were taken")
+        raise self._none("all steps were used")
 
     def _nearer(self, z: Array, bounds: tuple[Array, Array]) -> Array:
         """An approach to continuity: gaps are residuals whose weight grows tenfold twice, since they need not close at once."""
@@ -549,8 +549,8 @@ class FitSearch:
 
     def _none(self, said: str) -> SimulationError:
         return SimulationError(
-            f"Expected a minimum within {self.most} steps, got none: {said.rstrip('.')}. Begin nearer, take more segments, or allow "
-            "more: max_steps=."
+            f"Expected a minimum within {self.most} steps, got none: {said.rstrip('.')}. Give better first values, more "
+            "segments=, or a larger max_steps=."
         )
 
     def _left(self, z: Array) -> Array:
@@ -618,8 +618,8 @@ class FitSearch:
         dead = [s for s, size in zip(symbols, sizes, strict=True) if not size > 0]
         if dead:
             raise SimulationError(
-                f"Expected unknowns on which the measured columns depend, got {', '.join(dead)}, on which none does. Measure more, or "
-                "give their values."
+                f"Expected unknowns on which the measured columns depend, got {', '.join(dead)}, on which no column depends. "
+                "Measure more, or give their values."
             )
         _, values, rows = np.linalg.svd(j / sizes, full_matrices=False)
         weak = np.flatnonzero(values <= _UNDETERMINED * values[0])
@@ -627,7 +627,7 @@ class FitSearch:
             shares = np.abs(rows[weak]).max(axis=0) if len(weak) else np.ones(j.shape[1])
             names = dict.fromkeys(s for s, x in zip(symbols, shares, strict=True) if x > 0.1 * shares.max())
             raise SimulationError(
-                f"Expected data that determine the unknowns, got some that leave {', '.join(names)} undetermined: a change of them "
-                f"together changes nothing that was measured ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} directions). Give "
-                "values of some, or measure more."
+                f"Expected data that determine the unknowns, got data that leave {', '.join(names)} undetermined: a combined "
+                f"change of them does not change any measured value ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} "
+                "directions). Give values of some, or measure more."
             )

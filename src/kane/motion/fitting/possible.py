@@ -78,9 +78,9 @@ def possible_bodies(eom: Equations, unknown: Sequence[Parameter], values: Mappin
         extent = sizes > DECLARED
         if not pi[0] > 0 or (sizes[0] < -DECLARED and not plane):
             raise SimulationError(
-                f"Expected first values with which {body.name!r} is a body that there can be, got mass {pi[0]:g} and moments of "
-                f"inertia {', '.join(f'{x:g}' for x in pi[4:7])}: these are to be above zero, none above the sum of the others. "
-                "Begin with others: parameters=."
+                f"Expected first values for which {body.name!r} is physically possible, got mass {pi[0]:g} and moments of inertia "
+                f"{', '.join(f'{x:g}' for x in pi[4:7])}: all must be above zero, and no moment above the sum of the other two. "
+                "Give other first values in parameters=."
             )
         across = size[:, None] ** -1 * axes[:, extent]
         units = np.einsum("ia,kij,jb->kab", across, pseudo_inertia.UNITS, across)

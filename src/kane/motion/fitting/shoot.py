@@ -185,7 +185,7 @@ class Flight:
         far(lambda: f"{self.steps} motions")
         if motion.status != "finished":
             raise SimulationError(
-                f"Expected motions to the end of the span, got one that ended before: {motion.message}."
+                f"Expected motions to the end of the span, got one that ended earlier: {motion.message}."
             )
         return motion
 
@@ -337,7 +337,7 @@ def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral
         high.append(b)
     costs = [asked(eom.derived, e).roots[0] if isinstance(e, str) else as_expr(e) for e in (cost, integral)]
     if not ends and all(e is ZERO for e in costs):
-        raise SimulationError("Expected something to aim at, got neither end= nor cost= nor integral=.")
+        raise SimulationError("Expected end=, cost= or integral= as the aim of the motion, got none of them.")
     drives = course.map.drives(course.parameters)
     edges = cut_at_bends(course, count, Integrand(costs[1], np.ones(1), drives).checked(eom))
     times, weights = gauss(_POINTS, edges.tolist())
@@ -374,7 +374,7 @@ def _joined(
         flight.steps += found.rounds
         values = flight.end(z)
         if aim.missed(values).max(initial=0.0) <= tolerance / 2:
-            return z, f"a minimum of {len(steps.h)} joined motions"
+            return z, f"a minimum with {len(steps.h)} joined motions"
         shift = values - steps.end(x[-1])[0][1:]
         if aim.apart(shift).max(initial=0.0) > _COARSE:
             count, shift, x = 2 * count, 0 * shift, None
@@ -457,8 +457,8 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float, cost: Callab
     if not missed.max(initial=0.0) <= 10 * tolerance:
         k = int(np.argmax(missed))
         raise SimulationError(
-            f"Expected unknowns with which the motion ends as asked, got {aim.ends[k]} = {values[k]:.6g} there, off by {off[k]:.2g}: "
-            f"{message.rstrip('.')}. Begin nearer, free more unknowns, or widen bounds and conditions."
+            f"Expected unknowns for which the motion satisfies the end conditions, got {aim.ends[k]} = {values[k]:.6g} there, off "
+            f"by {off[k]:.2g}: {message.rstrip('.')}. Give better first values, free more unknowns, or widen bounds and conditions."
         )
     motion = course.motion(np.linspace(course.map.t0, course.end, 501))
     return Shot(

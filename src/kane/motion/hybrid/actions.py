@@ -90,8 +90,8 @@ def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:
             if symbol in result and not (result[symbol] is what or _equal(result[symbol], what)):
                 raise SimulationError(
                     f"Expected one value for {symbol} at t = {before.t:.9g}, got {cut(result[symbol])} from the event "
-                    f"{by[symbol].name!r} and {cut(what)} from {event.name!r} at the same time. Make one event of the two, or let "
-                    "one set something else."
+                    f"{by[symbol].name!r} and {cut(what)} from {event.name!r} at the same time. Combine them into one event, "
+                    "or let one of them set another symbol."
                 )
             result[symbol], by[symbol] = what, event
     return result
@@ -191,13 +191,13 @@ def _state(after: Instant, moved: Mapping[Expr, float], names: str) -> Array:
         dependent = [s.name for s in eom.dependent_speeds if s in moved]
         own = ", ".join(s.name for s in eom.independent_speeds)
         cure = (
-            f" {', '.join(dependent)} follow from {own}: set these alone."
+            f" {', '.join(dependent)} follow from {own}: set only these."
             if dependent
-            else " Set what the constraints leave free."
+            else " Set only values that the constraints leave free."
         )
         raise SimulationError(
-            f"Expected actions that keep the constraints, got a state off them from the event {names} at t = {after.t:.9g}. "
-            f"{error}{cure}"
+            f"Expected actions after which the constraints hold, got a state that violates them from the event {names} at t = "
+            f"{after.t:.9g}. {error}{cure}"
         ) from error
     return start_state(eom, found.q, found.u, a)
 

@@ -371,13 +371,13 @@ def at_start(
 
 def _undecided(event: Event, t: float, side: float) -> str:
     why, cure = (
-        ("leaving it is no crossing of an event in both directions", "Give direction=1 or -1, or begin")
+        ("for an event in both directions, leaving the threshold is no crossing", "Give direction=1 or -1, or start")
         if side
-        else (f"the first {_ORDERS} derivatives do not say to which side it leaves", "Begin")
+        else (f"the first {_ORDERS} derivatives do not show to which side the quantity goes", "Start")
     )
     return (
-        f"Expected a start beside the threshold {event.threshold:g} of the event {event.name!r}, got one on it at t = {t:.6g}. "
-        f"Whether the event is met there is not known: {why}. {cure} beside it."
+        f"Expected a start beside the threshold {event.threshold:g} of the event {event.name!r}, got one on it at t = "
+        f"{t:.6g}. It is undetermined whether the event occurs there: {why}. {cure} off the threshold."
     )
 
 
@@ -441,9 +441,9 @@ def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
         left = substituted(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
         if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
             raise SimulationError(
-                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "
-                f"stays there as {' and '.join(f'{s} = 0' for s in gone)}. Give other values, or leave the event out: "
-                "system.replace(events=[…])."
+                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got "
+                f"{cut(event.quantity)}, which remains there because {' and '.join(f'{s} = 0' for s in gone)}. Give other "
+                "values, or leave the event out: system.replace(events=[…])."
             )
 
 
@@ -453,8 +453,8 @@ def _divided(e: Expr) -> bool:
 
 
 _TOLD = {
-    "opens": "that presses, got N = {value:.6g}: it is pulled. Take the mode 'separated'",
-    "slips": "whose friction suffices, got |F| > μ_s N, (Σ μ_s N)² − |F|² = {value:.6g}: it slips. Take a mode in which it does",
+    "opens": "with a normal force ≥ 0, got N = {value:.6g}: the bodies pull each other. Choose the mode 'separated'",
+    "slips": "with sufficient friction, got |F| > μ_s N, (Σ μ_s N)² − |F|² = {value:.6g}: it slips. Choose a mode with slip",
 }
 """Error texts for the mode of a contact, by the event that would have ended the mode before."""
 

@@ -39,9 +39,9 @@ class ThresholdReturn(SimulationError):
 
     def __init__(self, event: Event) -> None:
         super().__init__(
-            f"Expected a quantity that leaves its threshold, got that of {event.name!r}, which goes back through it at once: where "
-            "slip begins, friction turns faster than it grows, and forces before it do not tell its direction. Give the contact "
-            "static= a little above its mu=: then slip begins with an acceleration of its own."
+            f"Expected a quantity that leaves its threshold, got that of {event.name!r}, which crosses it back at once: where "
+            "slip begins, the direction of friction changes faster than slip grows, and the forces before do not determine "
+            "it. Give the contact static= slightly above its mu=: then slip begins with a definite acceleration."
         )
         self.event = event
 
@@ -132,14 +132,15 @@ def crossings(
             if _returns(fresh.get(e.name), v - at):
                 raise ThresholdReturn(e)
         raise SimulationError(
-            f"Expected at most {MET} events in a step, got more in the one of {h:.3g} s from t = {start:.6g}. Give max_step= of a "
-            "tenth of that, or leave out the events that come so often."
+            f"Expected at most {MET} events in a step, got more in the step of {h:.3g} s from t = {start:.6g}. Give max_step= "
+            "of a tenth of that, or leave out the events that occur so often."
         )
     for event, rests in zip(events, given["rests"].tolist(), strict=False):
         if rests:
             warn(
-                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "
-                f"rounding about t = {start:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes."
+                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there, "
+                f"except for rounding errors, near t = {start:.6g}: {cut(event.quantity)}. The event is ignored. Give it a "
+                "quantity that changes."
             )
     # at a kinematic singularity the energy may be infinite: the state just before is returned
     early = [SAME_TIME * isinstance(e, KinematicsEnd) for e in events]

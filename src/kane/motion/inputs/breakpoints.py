@@ -108,7 +108,10 @@ def indistinct_times(t: float, span: Span) -> str:
     apart = math.ulp(t)
     if apart < NEAR_TIME * (span[1] - span[0]):
         return ""
-    return f"times there are {apart:.2g} s apart, and steps no shorter than ten times that. Count time from a nearer beginning"
+    return (
+        f"adjacent times there are {apart:.2g} s apart, and steps at least ten times as long. Use an origin of time closer to "
+        "the motion"
+    )
 
 
 def next_end(breakpoints: Sequence[float], t: float, end: float) -> float:

@@ -132,9 +132,9 @@ def formula(
     if wrong:
         kinds, else_ = ("time, coordinates, speeds", "rates or reactions") if state else ("time", "the state")
         raise SimulationError(
-            f"Expected the input {name} as a number, a function of time or an expression of {kinds} and of parameters of the model, "
-            f"got the expression {cut(expr)} with {', '.join(wrong)}. What depends on {else_}: write it into the model in the place "
-            f"of {name}."
+            f"Expected the input {name} as a number, a function of time or an expression of {kinds} and of parameters of the "
+            f"model, got the expression {cut(expr)} with {', '.join(wrong)}. Write what depends on {else_} into the model "
+            f"instead of {name}."
         )
     given: dict[Expr, Any] = {s: parameters[s] for s in symbols if s not in own}
     return Formula(expr, given, state if own.intersection(symbols) else (), written if gains else None, gains)
@@ -335,8 +335,8 @@ def copied(controller: Sampled, names: tuple[str, ...]) -> Any:
         return copy.deepcopy(controller.state)
     except Exception as error:
         raise SimulationError(
-            f"Expected a state of the sampled controller for {', '.join(names)} that can be copied, as every motion begins with it, "
-            f"got {cut(repr(controller.state))}: {error}. Give numbers, and leave in the function what cannot be copied."
+            f"Expected a state of the sampled controller for {', '.join(names)} that can be copied, as every motion begins with a "
+            f"copy, got {cut(repr(controller.state))}: {error}. Give numbers, and keep in the function what cannot be copied."
         ) from error
 
 
@@ -369,7 +369,7 @@ class SampleAndHold:
             if _lost(following) and not _lost(self.memory):
                 raise SimulationError(
                     f"Expected a next state without NaN from the sampled controller for {', '.join(self.names)}, got "
-                    f"{cut(repr(following))} after {cut(repr(self.memory))} at t = {at:.6g}. Look for what it divides by, or bound it."
+                    f"{cut(repr(following))} after {cut(repr(self.memory))} at t = {at:.6g}. Check its divisors, or bound it."
                 )
             self.memory = following
         self.values.append(numbers(answer, self.names, at))
@@ -521,6 +521,6 @@ def numbers(answer: Any, names: tuple[str, ...], t: float) -> Array:
         )
     if not np.isfinite(found).all():
         raise SimulationError(
-            f"Expected finite numbers {who}, got {cut(repr(answer))} at t = {t:.6g}. Look for what it divides by, or bound it."
+            f"Expected finite numbers {who}, got {cut(repr(answer))} at t = {t:.6g}. Check its divisors, or bound it."
         )
     return found.reshape(-1)

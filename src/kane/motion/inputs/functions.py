@@ -97,8 +97,8 @@ def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot")
         return Signal(CubicSpline(times, values, bc_type=ends, extrapolate=False))
     except ValueError as error:
         raise SimulationError(
-            f"Expected the last value of a signal that is periodic to be its first one, {values[0]:.17g}, got {values[-1]:.17g}. Give "
-            'it the same value, or other ends, such as "not-a-knot".'
+            f"Expected the last value of a periodic signal to equal its first one, {values[0]:.17g}, got {values[-1]:.17g}. "
+            'Give the same value, or other ends, such as "not-a-knot".'
         ) from error
 
 
@@ -187,8 +187,8 @@ def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
         first, last = float(one.spline.x[0]), float(one.spline.x[-1])
         if not (first <= span[0] and span[1] <= last):
             raise SimulationError(
-                f"Expected a signal for the input {r.name} that covers the time span t = {span[0]:g} … {span[1]:g}, got one from "
-                f"t = {first:g} to {last:g}. Give it points up to the ends of the span, or keep the span within it."
+                f"Expected a signal for the input {r.name} that covers the time span t = {span[0]:g} … {span[1]:g}, got one "
+                f"from t = {first:g} to {last:g}. Give points up to the ends of the span, or a span within the signal."
             )
 
 
@@ -216,8 +216,8 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
         return [_function(r.name, value), *[_function(r.name, 0.0)] * order]
     if order and isinstance(value, LawInput | HeldInput):
         raise SimulationError(
-            f"Expected the input {r.name} as a function of time with its derivatives, as it prescribes a motion, got a function of "
-            "the state. What follows from the state may be a force, an input in a load."
+            f"Expected the input {r.name} as a function of time with its derivatives, as it prescribes a motion, got a "
+            "function of the state. Only an input in a load, such as a force, may be a function of the state."
         )
     if order and not hasattr(value, "derivative"):
         raise ValueMissingError(
@@ -254,14 +254,14 @@ class Asked:
             value = self.function(t)
         except Exception as error:
             raise SimulationError(
-                f"Expected a number from the function of time for the input {self.name}, got {type(error).__name__} from it at "
-                f"t = {float(t):.6g}: {error}. Mend the function; it is asked at all times of the span."
+                f"Expected a number from the function of time for the input {self.name}, got {type(error).__name__} from it "
+                f"at t = {float(t):.6g}: {error}. Correct the function: it is evaluated at all times of the span."
             ) from error
         try:
             return float(value) if np.ndim(value) == 0 else float(np.asarray(value).reshape(()))
         except (TypeError, ValueError) as error:
             what = f"the expression {cut(value)}" if isinstance(value, Expr) else f"{cut(repr(value))}"
-            cure = "Take math.sin for kn.sin in it." if isinstance(value, Expr) else "Return a plain number."
+            cure = "Use math.sin instead of kn.sin in it." if isinstance(value, Expr) else "Return a plain number."
             raise SimulationError(
                 f"Expected a number from the function of time for the input {self.name}, got {what} at t = {float(t):.6g}. {cure}"
             ) from error
@@ -345,8 +345,8 @@ class Recorded:
         if k < len(self.t) and self.t[k] == t:
             return self.values[k]
         raise SimulationError(
-            f"Expected a time among the samples for the input {self.name} of a motion that was saved or pickled, got t = {t:.6g}: of "
-            "its function the values there were kept. Simulate again with the function."
+            f"Expected a time among the samples for the input {self.name} of a motion that was saved or pickled, got t = "
+            f"{t:.6g}: only the values of its function at the samples were saved. Simulate again with the function."
         )
 
 

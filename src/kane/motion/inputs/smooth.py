@@ -124,8 +124,8 @@ def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, 
         )
     if np.maximum(gaps, 0).sum() > _OWN * size:
         raise SimulationError(
-            f"Expected the derivative of the {what()} that was given to be its own, got one that misses its change by {gaps[k]:.3g} "
-            f"between t = {times[k]:.6g} and {times[k + 1]:.6g}."
+            f"Expected the given derivative of the {what()} to match it, got one whose integral differs from its change by "
+            f"{gaps[k]:.3g} between t = {times[k]:.6g} and {times[k + 1]:.6g}."
         )
 
 

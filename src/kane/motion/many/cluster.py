@@ -31,7 +31,7 @@ def checked(client: Any) -> Any:
     kind = package("distributed", "cluster").Client
     cure = "Write client=distributed.Client(cluster)."
     expect.instance(client, kind, "a Client of Dask's distributed as client=", cure, error=SimulationError)
-    plain = "a client whose calls wait for what they return as client="
+    plain = "a client that is not asynchronous as client="
     expect.that(not client.asynchronous, plain, client, cure, error=SimulationError)
     return client
 

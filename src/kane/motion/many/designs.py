@@ -38,8 +38,8 @@ def quantities(design: Any, sampler: str | None, count: int | None, seed: int | 
         return drawn(table, sampler, count, seed)
     if count is not None or seed is not None:
         raise SimulationError(
-            'Expected sampler= where count= or seed= are given, got none. Choose "sobol", "latin", "halton" or "uniform", or leave '
-            "them out: without a sampler a design has the values of the instances themselves."
+            'Expected sampler= where count= or seed= are given, got none. Choose "sobol", "latin", "halton" or "uniform", or '
+            "leave them out: without a sampler a design lists the values of the instances."
         )
     return table
 
@@ -100,8 +100,8 @@ def _bounds(key: Any, value: Any) -> Sequence[float]:
     result = _numbers(key, value, "two bounds (low, high)")
     if len(result) != 2 or not result[0] <= result[1]:
         raise SimulationError(
-            f"Expected two bounds (low, high) for {key} in a design, got {cut(repr(value))}. Give the smaller one first; levels of "
-            f'which each is taken want sampler="{PRODUCT}", and values of the instances themselves no sampler.'
+            f"Expected two bounds (low, high) for {key} in a design, got {cut(repr(value))}. Give the smaller one first; use "
+            f'sampler="{PRODUCT}" for levels that are all combined, and no sampler for the values of the instances.'
         )
     return result
 

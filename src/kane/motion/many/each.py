@@ -45,7 +45,7 @@ def one_by_one(
     """
     t, values, causes = found["t"].values, dict[str, Array](), dict[int, str]()
     for k in range(many.count):
-        far(partial("derivatives of {} of {}".format, k, many.count))
+        far(partial("derivatives of motion {} of {}".format, k, many.count))
         try:
             rows = _of_one(eom, plan, State(**many.at(k)), kept, by, settings, t)
         except KaneError as error:

@@ -77,8 +77,9 @@ class RecordedQuantity:
             return np.asarray(self.reduce(values), dtype=float).shape
         except Exception as error:
             raise SimulationError(
-                f"Expected a function as reduce= of {self.name!r} that takes any numbers (samples × …), as the shape of what it gives "
-                f"is asked of zeros, got {type(error).__name__}: {cut(str(error), 200)}. Let it return NaN where there is no value."
+                f"Expected a function as reduce= of {self.name!r} that accepts any numbers (samples × …), as it is called "
+                f"with zeros to find the shape of its result, got {type(error).__name__}: {cut(str(error), 200)}. Let it "
+                "return NaN where there is no value."
             ) from error
 
 
@@ -264,9 +265,9 @@ def coordinates(eom: Equations, t: Array, many: Instances, rows: range, variable
 
 _TOLD = {
     "status": "finished, event, stopped, or failed at the start",
-    "cause": "why the motion ended, or did not begin",
+    "cause": "the reason for which the motion ended or did not start",
     "event": "the event that ended the motion",
-    "warning": "what was warned of",
+    "warning": "the warnings during the motion",
 }
 _VARIED = dict.fromkeys(STARTS, "start value of") | {"parameters": "parameter", "inputs": "input"}
 

@@ -183,9 +183,7 @@ def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, s
             lambda found: tidied(found, one),
         )
     if stored:
-        raise SimulationError(
-            f"Expected equations that carry the derivatives of motions along where there is a store=, got {met}. Leave store= out."
-        )
+        raise SimulationError(f"Expected equations whose derivatives store= supports, got {met}. Leave store= out.")
     return run._replace(finish=lambda found: one_by_one(found, eom, plan, many, kept, wanted, settings))
 
 
@@ -231,8 +229,8 @@ def _warn_of_python(many: Instances) -> None:
     asked = [str(s) for s, f in (many.common["inputs"] or {}).items() if isinstance(f, Sampled) or _asks(f)]
     if asked and many.count > 1:
         warn(
-            f"Expected inputs that machine code evaluates, got functions of Python for {', '.join(asked)}: the {many.count} motions "
-            "run one after the other. Write them as expressions of time and state, or tables, for threads."
+            f"Expected inputs that compiled code can evaluate, got Python functions for {', '.join(asked)}: the {many.count} "
+            "motions run one after the other. Give expressions of time and state, or tables, to use threads."
         )
 
 

@@ -39,7 +39,7 @@ FORMAT, VERSION = "kane runs", 1
 _OWN, _HEADER, _RECORD = ".kane", "header", "status"
 _WHOLE = 2**20
 """Instances per chunk of arrays that are known from the start."""
-_NEW = "Take another path for store=, or remove this one first."
+_NEW = "Give another path as store=, or remove this one first."
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +102,8 @@ def _writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise SolutionFileError(
-            f"Expected to write the store {path}, got {error.strerror or error}. Make room there, or see to it that it is there and "
-            "may be written to, and call again with the same store: chunks that are whole stay, and only the others are run."
+            f"Expected to write the store {path}, got {error.strerror or error}. Free disk space, or make sure that the folder "
+            "exists and is writable, and call again with the same store: complete chunks are kept, and only the others are run."
         ) from error
 
 
@@ -138,12 +138,10 @@ def begun(given: Any, job: Job, size: int | None) -> Store:
 
 def _check_free(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise SolutionFileError(
-            f"Expected the path of a new store, or of one that is there, got the file {path}. {_NEW}"
-        )
+        raise SolutionFileError(f"Expected the path of a new or an existing store, got the file {path}. {_NEW}")
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
         cure = "Make it first, or choose another one."
-        raise SolutionFileError(f"Expected a folder that may be written to, got {path.parent} in {path}. {cure}")
+        raise SolutionFileError(f"Expected a writable folder, got {path.parent} in {path}. {cure}")
 
 
 def _make(path: Path, fill: Callable[[Path], None]) -> None:
@@ -226,7 +224,8 @@ def _check(path: Path, header: Mapping[str, Any], known: Declared, same: Mapping
     for reason in (difference(kept, known), *told):
         if reason:
             raise SolutionFileError(
-                f"Expected the store of the same motions, got {path}, which differs in {reason}. Give what it was made with. {_NEW}"
+                f"Expected the store of the same motions, got {path}, which differs in {reason}. Pass the arguments that it "
+                f"was made with. {_NEW}"
             )
 
 

@@ -73,8 +73,8 @@ def check_reduced(kept: Sequence[RecordedQuantity]) -> None:
     for one in kept:
         if one.reduce not in CARRIED:
             raise SimulationError(
-                f"Expected reduce= of {one.name!r} as 'last', 'mean' or none where by= is given, got another one, whose derivative is "
-                "not that of the numbers it is made of. Keep the values along t."
+                f"Expected reduce= of {one.name!r} as 'last', 'mean' or none where by= is given, got another one, whose "
+                "derivative does not follow from derivatives of the values along t. Leave reduce= out to keep these values."
             )
 
 
@@ -119,8 +119,8 @@ def obstacle(eom: Equations, by: Sequence[Symbol], inputs: Mapping[Any, Any] | N
         "contacts": bool(eom.system.contacts),
         "actions in Python": not all(isinstance(e.then, Mapping) for e in acting),
         "actions under constraints": bool(acting and eom.constraints.constraints),
-        "events of what other events alone change": any(still),
-        "parameters that move when inputs or loads turn": moves_breakpoints(eom, laws, by),
+        "events whose quantity only other events change": any(still),
+        "parameters that change the times at which inputs or loads switch": moves_breakpoints(eom, laws, by),
     }
     return " and ".join(text for text, holds in met.items() if holds)
 
@@ -130,9 +130,9 @@ def _check(eom: Equations, laws: Laws) -> None:
     of_state = [law for law in laws.whole.values() if not state.isdisjoint(free_symbols([law]))]
     if rates_jump(eom, of_state):
         raise SimulationError(
-            "Expected equations whose rates are smooth between events for the derivatives of motions, got loads, inputs or rates of "
-            "states that jump at states. Declare dry friction as kn.contact or kn.joints.stiction, what switches by events that set a "
-            "further state."
+            "Expected equations whose rates are smooth between events for the derivatives of motions, got loads, inputs or "
+            "rates of states that jump with the state. Declare dry friction by kn.contact or kn.joints.stiction, and other "
+            "switches by events that set a further state."
         )
 
 

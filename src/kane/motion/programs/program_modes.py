@@ -56,30 +56,30 @@ def modes_of(
     every, found = possible(eom.system.contacts), list[ModeOfProgram]()
     for modes in dict.fromkeys([*wanted, *(every if len(every) <= most else ())]):
         if max(modes) >= ContactMode.ACROSS:
-            said = said or "contacts of one body that hold together"
+            said = said or "modes with redundant contacts of one rigid body"
             continue
         with suppress(KaneError):  # an impossible mode
             one = eom.numeric().value(ContactModes).equations(modes)
             mode = ModeOfProgram(modes, one.compile(**{"contract": False} | options), parts_of(one))
             try:
-                checked(mode.compiled, method, what, lambda one: f"{one.quantity} turns rates")
+                checked(mode.compiled, method, what, lambda one: f"{one.quantity} switches rates")
             except ProgramError as error:
                 said = said or str(error)
                 continue
             if tuple(map(id, mode.equations.inputs)) == tuple(map(id, eom.inputs)):
                 found.append(mode)
     if not found:
-        many = f"{len(every)} modes of contacts, too many to have all" if len(every) > MODES else "none"
+        many = f"{len(every)} modes of contacts, too many to include all" if len(every) > MODES else "none"
         if said.startswith("Expected"):
             raise ProgramError(said)
-        raise ProgramError(f"Expected modes of contacts that {what} can run, got {said or many}.")
+        raise ProgramError(f"Expected modes of contacts that {what} supports, got {said or many}.")
     return found[:MODES]
 
 
 def check_events(eom: Equations) -> None:
     """Raises ProgramError if an event has an action, which programs with contacts do not support."""
     if any(e.then is not None for e in eom.system.events):
-        raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
+        raise ProgramError("Expected no event with an action beside contacts, got one. Use kn.simulate.")
 
 
 TasksOf = Callable[[ModeOfProgram], Sequence[Task]]

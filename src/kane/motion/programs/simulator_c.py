@@ -183,11 +183,11 @@ _CODES = (
     @CAPS@_UNKNOWN = 6 /* a mode of contacts follows, `at_next_modes`, that there is none of */""",
 )
 _SAY_UNKNOWN = """if (said == @CAPS@_UNKNOWN) {
-        (void)fprintf(stderr, "The motion stopped at t = %.9g: a mode follows that the program does not have", m->s[AT_TIME]);
+        (void)fprintf(stderr, "The motion stopped at t = %.9g: the next mode of the contacts is not in the program", m->s[AT_TIME]);
         for (int64_t k = 0; k < CONTACTS; k++) {
             (void)fprintf(stderr, "%s %s: %s", (k > 0) ? "," : ":", at_contacts[k], at_words[k][(int64_t)at_next_modes[k]]);
         }
-        (void)fprintf(stderr, ". Emit it with that one, or simulate it with kane.\\n");
+        (void)fprintf(stderr, ". Emit the program with this mode, or simulate the motion with kane.\\n");
     }
     """
 _LOOKS_AGAIN = """if ((back == @BACK_TAKE@) && (at_calls[1] == @LOOK@.0)) {
@@ -246,7 +246,7 @@ def _check_period(period: float | None) -> None:
 
 def _untold(one: Discontinuity) -> str:
     """The reason why the program cannot find the times of a discontinuity; "" if it can."""
-    return f"{one.quantity} turns rates at times that no line gives" if one.slope is None else ""
+    return f"{one.quantity} switches rates and is not a linear function of time" if one.slope is None else ""
 
 
 _REPORT = """/* Writes the samples. */
@@ -263,8 +263,8 @@ _SAY_BEGIN = {
         (void)fprintf(stderr, "Expected a start beside the threshold of the event %s, got one on it.\\n", at_names[m->which]);
     }""",
     "constraints": """if (begun == @CAPS@_OPEN) {
-        (void)fprintf(stderr, "Expected a start on the constraints, got %.3g left of %s and %.3g of its rate. Assemble the state.\\n",
-                      m->left, at_constraints[m->which], m->rate);
+        (void)fprintf(stderr, "Expected a start on the constraints, got a residual of %.3g in %s and of %.3g in its rate. "
+                      "Assemble the state.\\n", m->left, at_constraints[m->which], m->rate);
     }""",
 }
 _SAY_CHANGES = """for (int64_t k = 0; k < (int64_t)at_held_log[0]; k++) {

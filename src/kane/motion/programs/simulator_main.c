@@ -120,7 +120,7 @@ int main(int count, char **given)
         }
     }
     if (said == @CAPS@_UNDECIDED) {
-        (void)fprintf(stderr, "The motion stopped at t = %.9g: numbers alone do not tell how it goes on. Simulate it with kane.\n", m->s[AT_TIME]);
+        (void)fprintf(stderr, "The motion stopped at t = %.9g: numbers alone do not determine how it continues. Simulate it with kane.\n", m->s[AT_TIME]);
     }
     @SAY_UNKNOWN@if (said == @CAPS@_STUCK) {
         (void)fprintf(stderr, "The motion stopped at t = %.9g: no step is short enough, or a rate is not finite.\n", m->s[AT_TIME]);

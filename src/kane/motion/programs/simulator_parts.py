@@ -89,8 +89,8 @@ def checked(
     )
     if wrong:
         raise ProgramError(
-            f"Expected a motion that {what} can look after, got one in which {' and '.join(wrong)}. Emit the equations alone, "
-            "and take an integrator that does; or simulate here."
+            f"Expected a motion that {what} supports, got one in which {' and '.join(wrong)}. Emit only the equations and use "
+            "another integrator, or use kn.simulate."
         )
 
 
@@ -169,7 +169,7 @@ def events(eom: Equations) -> list[SimulatorPart]:
                 f"enum {{ EVENTS = {len(eom.events)}, SEEN = {count}, KINDS = {KINDS}, LEAVING = {len(given['leaves'])} }};"
             ],
             f"static const char *const at_names[] = {{{names}}};",
-            [f"the event {e.name!r} asks for more than numbers tell" for e in asked],
+            [f"the event {e.name!r} needs decisions that numbers alone do not determine" for e in asked],
         )
     ]
 
@@ -199,7 +199,7 @@ def constraints(eom: Equations) -> list[SimulatorPart]:
                 *dispatched([f"@NAME@_rates_{k}" for k in range(len(found))], "@CAPS@_PARAMETERS"),
             ],
             f"static const char *const at_constraints[] = {{{', '.join(map(c_string, [*rows, '']))}}};",
-            [] if eom.solved.twin is None else ["W has poles that the motion has not"],
+            [] if eom.solved.twin is None else ["W has false poles"],
         )
     ]
 

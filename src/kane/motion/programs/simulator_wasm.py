@@ -45,7 +45,7 @@ def emit_simulator_wasm(
     samples = checked_samples(samples, len(eom.state) + 1)
     if eom.system.modes_change:
         return contacts_module(compiled, modes_of(compiled, method, modes, 0 if modes else MODES), method, samples)
-    checked(compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates at times")
+    checked(compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} switches rates over time")
     integrator, parts, held = INTEGRATORS[method], parts_of(eom), is_constrained(eom)
     program = motion_program(compiled, parts, contract=False)
     n = len(eom.state) + 1

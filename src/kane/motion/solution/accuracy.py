@@ -63,8 +63,8 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
         return again.accuracy(motion.t, method)
     if again is None or isinstance(again, Parts):
         raise SimulationError(
-            "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
-            "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
+            "Expected a motion that this process simulated as a whole, got one that was joined, or read from a file or a pickle, "
+            "which contains inputs only at the samples. Simulate it here, or use each part separately."
         )
     if motion.t[0] == motion.t[-1]:  # a motion without duration
         return _accuracy_of(motion, motion.t, np.zeros_like(motion.states))
@@ -75,8 +75,8 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
         finer = again(motion)
     elif motion.rtol * _TENTH < ROUNDED:
         raise SimulationError(
-            f"Expected a motion with rtol of {ROUNDED / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
-            "that differs. Compare it with a motion by another method."
+            f"Expected a motion with rtol of {ROUNDED / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it only "
+            "rounding errors would differ. Compare it with a motion by another method."
         )
     else:
         finer = again(motion, rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
@@ -100,8 +100,8 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
     """See Solution.at."""
     if again is None:
         raise SimulationError(
-            "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
-            "the values at the samples alone are known, or joined. Simulate it here, or ask each part; or take more samples."
+            "Expected a motion that this process simulated as a whole, got one that was joined, or read from a file or a pickle, "
+            "which contains inputs only at the samples. Simulate it here, or use each part separately; or take more samples."
         )
     wanted = np.atleast_1d(expect.floats(times, "a time or times of the motion", error=SimulationError))
     begin, end = float(motion.t[0]), float(motion.t[-1])
@@ -111,8 +111,8 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
         )
     if not (begin <= wanted[0] and wanted[-1] <= end):
         raise SimulationError(
-            f"Expected times of the motion, from t = {begin:.9g} to {end:.9g}, got {wanted[0]:.9g} to {wanted[-1]:.9g}. What comes "
-            "after its end another motion tells: kn.simulate(eom, end, start=sol)."
+            f"Expected times of the motion, from t = {begin:.9g} to {end:.9g}, got {wanted[0]:.9g} to {wanted[-1]:.9g}. "
+            "Continue the motion for later times: kn.simulate(eom, end, start=sol)."
         )
     whole = motion if begin == end else again(motion, samples=wanted)
     # of the two values where a phase begins, the later one
@@ -120,8 +120,8 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
     off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]
     if np.any(np.abs(off) > NEAR_TIME * max(abs(begin), abs(end), end - begin)):
         raise SimulationError(
-            f"Expected the motion to lead to t = {end:.9g} once more, got one that ends at {whole.t[-1]:.9g}: {whole.message}. "
-            "Functions that are inputs must give the same at each call."
+            f"Expected the repeated motion to reach t = {end:.9g} again, got one that ends at {whole.t[-1]:.9g}: "
+            f"{whole.message}. Functions that are inputs must return the same values at each call."
         )
     return replace(
         whole,
@@ -150,7 +150,7 @@ class Between:
         kept = np.isin(every.t, times)
         if not kept.any():
             raise SimulationError(
-                "Expected times beside those at which events change the motion, got none. Take others."
+                "Expected times other than those at which events change the motion, got none. Give others."
             )
         return _accuracy_of(self.whole, every.t[kept], every.errors[kept])
 
@@ -184,14 +184,14 @@ def _check(motion: Any) -> None:
     met = {
         "events change the state or motions are joined": len(motion.phases) > 1,
         "the constraints lose rank": bool(motion.lost.any()),
-        "loads or inputs jump at states": has_jumps(motion.equations, turning_laws(inputs)),
-        "a sampled controller is asked": bool(controllers(inputs)),
+        "loads or inputs jump with the state": has_jumps(motion.equations, turning_laws(inputs)),
+        "a sampled controller acts": bool(controllers(inputs)),
     }
     told = [text for text, holds in met.items() if holds]
     if told:
         raise SimulationError(
-            f"Expected a motion whose error is smooth for the variational equations, got one in which {' and '.join(told)}. Take "
-            "sol.accuracy(), which repeats the motion."
+            f"Expected a motion whose error is smooth for the variational equations, got one in which {' and '.join(told)}. "
+            "Use sol.accuracy(), which repeats the motion."
         )
 
 
@@ -259,8 +259,8 @@ class _Flow:
             message = solver.step()
         if solver.status == "failed" or not np.isfinite(solver.y).all():
             raise SimulationError(
-                "Expected equations that can be stepped at a thousandth of the motion's tolerances, got none beyond "
-                f"t = {solver.t:.6g}: {message or 'the error is not finite'}. Take sol.accuracy(), which repeats the motion."
+                "Expected equations that can be integrated at a thousandth of the motion's tolerances, got no step beyond t = "
+                f"{solver.t:.6g}: {message or 'the error is not finite'}. Use sol.accuracy(), which repeats the motion."
             )
         self.length = solver.h_abs
         return np.asarray(solver.y)

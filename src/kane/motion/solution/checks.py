@@ -195,8 +195,8 @@ def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
     wrong = [name for name, f in wanted if not isinstance(f, Expr)]
     if wrong:
         raise ArgumentError(
-            f"Expected integrals or expressions to check, got {wrong[0]}. Take them from eom.integrals, or write them in "
-            "the system's symbols."
+            f"Expected integrals or expressions to check, got {wrong[0]}. Use those of eom.integrals, or write them in the "
+            "system's symbols."
         )
     asked(derived, [f for _, f in wanted])
     return tuple(wanted)
@@ -221,8 +221,8 @@ def check_drifts(found: Sequence[Drift], rtol: float) -> None:
     if worst is not None and not worst.relative <= LIMIT * rtol:
         warn(
             f"Expected {worst.name} constant along the motion, got a change of {worst.drift:.3g}, {worst.relative:.1g} of its "
-            f"terms, at t = {worst.at:.4g} s. Tighten rtol= and atol=, or look whether it is an integral of these equations: "
-            "eom.integrals names those."
+            f"terms, at t = {worst.at:.4g} s. Tighten rtol= and atol=, or check that it is an integral of these equations: "
+            "eom.integrals lists them."
         )
 
 

@@ -91,20 +91,20 @@ def read(path: Path) -> Contents:
         raise
     except Exception as error:  # each library raises its own exceptions for damaged files
         raise SolutionFileError(
-            f"Expected a file with a solution, got one that cannot be read, {path}: it is cut off, damaged or something else "
-            f"({type(error).__name__}: {error}). Write it again by sol.save(path)."
+            f"Expected a file with a solution, got one that cannot be read, {path}: it is truncated, damaged or of another "
+            f"kind ({type(error).__name__}: {error}). Write it again by sol.save(path)."
         ) from error
     if not known:
         raise SolutionFileError(f"Expected a file with a solution, got {path} with something else in it.")
     if header.get("version") != VERSION:
         raise SolutionFileError(
             f"Expected a file with a solution of version {VERSION}, got version {header.get('version')!r}, written by kane "
-            f"{header.get('kane')}: {path}. Read it by that version of kane, or simulate again."
+            f"{header.get('kane')}: {path}. Read it with that version of kane, or simulate again."
         )
     if header.pop(_SEAL, None) != _seal(header, arrays):
         raise SolutionFileError(
-            f"Expected a file with a solution as it was written, got {path}, which was changed or is cut off. "
-            "Take a copy of it, or simulate again."
+            f"Expected a file with a solution as it was written, got {path}, which was changed or is truncated. Use a backup "
+            "copy, or simulate again."
         )
     return Contents(header, arrays)
 
@@ -133,7 +133,7 @@ def _container(path: Path) -> Container:
     result = CONTAINERS.get(path.suffix)
     if result is None:
         raise SolutionFileError(
-            f"Expected a file name that ends in {' or '.join(CONTAINERS)}, got {path.name!r}. The ending says how it is written."
+            f"Expected a file name that ends in {' or '.join(CONTAINERS)}, got {path.name!r}. The ending determines the format."
         )
     return result
 
@@ -165,8 +165,8 @@ def _zarr() -> Any:
         import zarr.storage
     except ImportError as error:
         raise ImportError(
-            "Expected the package zarr for files that end in .zarr, got none. Install it, pip install 'kane[table]', or take a "
-            "name that ends in .npz."
+            "Expected the package zarr for files that end in .zarr, got none. Install it, pip install 'kane[table]', or give "
+            "a name that ends in .npz."
         ) from error
     return zarr
 
@@ -232,7 +232,7 @@ def difference(kept: Declared, here: Declared) -> str:
     one, two = _by_name(kept), _by_name(here)
     for name in one | two:
         if name not in two or name not in one:
-            return f"{name}, which {'this system' if name in two else 'that of the file'} has alone"
+            return f"{name}, which only {'this system' if name in two else 'that of the file'} has"
         (text, count, a), (other, number, b) = one[name], two[name]
         if (text, count, a.shape) != (other, number, b.shape):
             return name
@@ -427,7 +427,7 @@ def check(found: Contents, eom: Equations) -> None:
             raise ValueError(f"{name} should be counted from 0 to {count - 1}, got others")
     steps, leaps = np.diff(arrays["t"]), np.diff(arrays["phase"])
     if np.any((leaps < 0) | (steps < 0) | ((steps == 0) & (leaps == 0))):
-        raise ValueError("times should rise, and come twice only where a phase begins, got others")
+        raise ValueError("times should increase, and be repeated only where a phase begins, got others")
 
 
 def _check_array(name: str, array: Any, shape: tuple[int, ...], kind: str) -> None:

@@ -85,14 +85,14 @@ def check_follows(first: Any, second: Any) -> None:
     """A SimulationError unless `second` is a motion of the same equations that begins where `first` ends."""
     if second.equations.derived is not first.equations.derived:
         raise SimulationError(
-            "Expected motions of the same equations to join, got those of others. Simulate both with one eom = kn.derive(system), or "
-            "load both with it; motions of other systems stay two solutions."
+            "Expected motions of the same equations to join, got motions of different ones. Simulate both with one eom = "
+            "kn.derive(system), or load both with it; motions of different systems cannot be joined."
         )
     end, begin = float(first.t[-1]), float(second.t[0])
     if abs(end - begin) > SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
         raise SimulationError(
-            f"Expected a motion that begins at t = {end:.9g}, where the first one ends, got one from {begin:.9g}. Let it go on from "
-            f"there: kn.simulate(eom, ({end:.9g}, …), start=sol), or join them in their order."
+            f"Expected a motion that begins at t = {end:.9g}, where the first one ends, got one from {begin:.9g}. Continue "
+            f"from there: kn.simulate(eom, ({end:.9g}, …), start=sol), or join them in their order."
         )
 
 

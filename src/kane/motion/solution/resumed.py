@@ -71,7 +71,7 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
         if given["q"] is None:
             raise SimulationError(
                 "Expected start values, q= and u=, got none. Give coordinates and speeds at the beginning of the span, or the "
-                "motion that is to go on: start=sol."
+                "motion to continue: start=sol."
             )
         if (given["u"] is None) == (given["rates"] is None):
             which = "neither. At rest it is u=0" if given["u"] is None else "both"
@@ -79,13 +79,13 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
         return Begin(given["q"], given["u"], given["rates"], given["states"]), span
     cure = "Give a kn.State, or what kn.simulate or kn.load_solution returned."
     expect.instance(
-        start, Solution, "a state to start from, or a motion to go on from or to join", cure, error=SimulationError
+        start, Solution, "a state to start from, or a motion to continue or to join", cure, error=SimulationError
     )
     extra = [f"{name}=" for name in ("q", "u", "rates", "states") if given[name] is not None]
     if extra:
         raise SimulationError(
-            f"Expected start= or start values, got both, {' and '.join(extra)} beside start=. To go on from another state, give "
-            "q=sol.q[-1] and u=sol.u[-1], changed, and no start=."
+            f"Expected start= or start values, got both, {' and '.join(extra)} beside start=. To continue from a changed state, "
+            "give q=sol.q[-1] and u=sol.u[-1] with your changes, and no start=."
         )
     if isinstance(span, int | float | np.number) and not isinstance(span, bool):
         span = (float(start.t[-1]), span)
@@ -131,8 +131,8 @@ def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int
         return number
     if isinstance(drive, Recorded):
         raise SimulationError(
-            f"Expected the input {name} given anew, inputs={{{name}: …}}, as the motion that goes on was saved or pickled, got none: "
-            "of its function the values at the samples were kept."
+            f"Expected the input {name} again, inputs={{{name}: …}}, as the motion to continue was saved or pickled, got none: only "
+            "the values of its function at the samples were saved."
         )
     if isinstance(drive, Formula):
         return replace(drive, values={s: parameters.get(s, v) for s, v in drive.values.items()})
@@ -157,8 +157,8 @@ def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], para
         own, came = ([s.name for s in getattr(e, kind)] for e in (eom, other))
         if own != came:
             raise SimulationError(
-                f"Expected start= of a motion with the {kind} {', '.join(own)}, got one with {', '.join(came)}. It is of another "
-                "system: go on with its own equations, or give q= and u=."
+                f"Expected start= of a motion with the {kind} {', '.join(own)}, got one with {', '.join(came)}. It belongs to "
+                "another system: continue with its own equations, or give q= and u=."
             )
     at = distinct(np.linspace(0, len(start) - 1, min(len(start), _COMPARED)).astype(int))
     there = np.array(start[[*other.rates, other.kinetic_energy]])[:, at]
@@ -169,7 +169,7 @@ def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], para
         what = [*(f"{q.name}'" for q in eom.coordinates), "the kinetic energy"][i]
         raise SimulationError(
             f"Expected start= of a motion of the same bodies, got one along which {what} is {there[i, k]:.9g} at t = "
-            f"{start.t[at[k]]:.6g}; by these equations it is {here[i, k]:.9g}. It is of another system: go on with its own "
+            f"{start.t[at[k]]:.6g}; by these equations it is {here[i, k]:.9g}. It belongs to another system: continue with its own "
             "equations, or give q= and u=."
         )
 

@@ -166,7 +166,7 @@ class Solution(Attributes):
         return len(self.t)
 
     def __iter__(self) -> NoReturn:
-        raise ArgumentError(f"Expected symbols, names or expressions of the motion one by one, got a loop. {_ROWS}")
+        raise ArgumentError(f"Expected symbols, names or expressions in sol[…], got an iteration. {_ROWS}")
 
     def __getitem__(self, what: Any) -> Any:
         if isinstance(what, (int, float, np.number, slice)):

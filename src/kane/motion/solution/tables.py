@@ -21,7 +21,7 @@ def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[A
     for name, what in named(outputs).items():
         if name in result or name == "t":
             raise ArgumentError(
-                f"Expected a new name for an output, got {name!r}, which the motion has. Choose another."
+                f"Expected a new name for an output, got {name!r}, which the motion already has. Choose another."
             )
         result[name] = (np.asarray(motion[what]), eom.unit(what) if isinstance(what, Expr) else "", "")
     return result
@@ -81,7 +81,7 @@ def dataset(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
     for name, (values, unit, description) in columns(motion, outputs).items():
         variables[name] = labelled(xarray, name, values, ["t"], unit, description)
     for text, values in motion.regimes.items():
-        told = {"long_name": f"regime of {text}: the sign of what it turns on, of friction 1 where it slides"}
+        told = {"long_name": f"regime of {text}: the sign of its switching quantity; for friction, 1 while it slides"}
         variables[f"regime {text}"] = xarray.Variable("t", values, told)
     coordinates: dict[str, Any] = {"t": xarray.Variable("t", motion.t, {"units": "s", "long_name": "time"})}
     if any("axis" in v.dims for v in variables.values()):

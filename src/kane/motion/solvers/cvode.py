@@ -54,8 +54,8 @@ def check_installed() -> None:
         import sksundae.cvode  # noqa: F401
     except ImportError as error:
         raise SimulationError(
-            f"Expected the package scikit-sundae for method={CVODE!r}, got none. Install it, pip install 'kane[stiff]', or take "
-            'method="radau9", which is for stiff equations too and needs none.'
+            f"Expected the package scikit-sundae for method={CVODE!r}, got none. Install it, pip install 'kane[stiff]', or "
+            'use method="radau9", which is for stiff equations too and needs no package.'
         ) from error
 
 
@@ -134,7 +134,7 @@ class CvodeSolver:
         if self.t >= self.t_bound:
             self.status = "finished"
         elif self.t - self.t_old <= _LEAST * np.spacing(abs(self.t)):
-            return self._failed("steps are shorter than the spacing of numbers")
+            return self._failed("steps are shorter than the spacing of floating-point numbers")
         return None
 
     def _failed(self, message: str) -> str:
