@@ -412,6 +412,21 @@ def test_a_box_that_is_pushed_slides():
     np.testing.assert_allclose(choice.directions, [load / 5] * 4, atol=1e-12)
 
 
+@pytest.mark.parametrize("turns", [0.0, 0.3, 3.0])
+def test_corners_that_slip_in_directions_of_their_own_have_one_answer(turns):
+    """Their normal forces are not determined, and accelerations depend on them where directions differ."""
+    w, b = box([0.0, 0.0])
+    x, y = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]).T
+    slips = np.column_stack([1 - turns * y, turns * x])
+    sliding = slips / np.linalg.norm(slips, axis=1, keepdims=True)
+    choice = choose(contact_problem(w, b, [0.3] * 4, sliding=sliding))
+    assert choice.modes == (ContactStatus.SLIP,) * 4
+    assert choice.solution.determined == (turns == 0.0)
+    assert choice.count is (SolutionCount.UNKNOWN if turns else SolutionCount.ONE)
+    assert not choice.others
+    np.testing.assert_allclose(choice.forces[::3].sum(), 9.81, rtol=1e-12)
+
+
 def test_a_box_between_walls_falls_or_jams():
     """Both are consistent; without forces is the first choice, to go on with what was is another."""
     normals, points = ([1.0, 0], [-1.0, 0]), ([-1.0, 0], [1.0, 0])

@@ -12,6 +12,7 @@ from kane.gallery import load
 from kane.motion import emit_simulator
 from tests.motion.emitted import EXACT, SANITIZED, bits, block, compiled, rows
 from tests.motion.test_simulator_wasm import BRIEF, CONTACTS, OWN_MODES, sol_start
+from tests.motion.test_standing import table, thrown
 
 GIVEN = {"settings": EXACT, "rtol": 1e-9, "atol": 1e-9, "samples": 31}
 ENDS = {"bouncing_ball": 5.0, "mass_on_belt": 10.0, "rocking_block": 5.0, "clutch": 3.0, "thrown_disk": 3.0, **BRIEF}
@@ -105,6 +106,33 @@ def test_where_a_mode_breaks_off_its_rows_are_there(tmp_path):
     sol = kn.simulate(eom, (0, 1.15), method="dop853", samples=np.linspace(0, 1.1, 12), rtol=1e-9, atol=1e-9, **start)
     np.testing.assert_allclose(table, np.column_stack([sol.t, sol.states])[: len(table)], rtol=1e-7)
     assert len(table) == 12
+
+
+@pytest.mark.slow
+def test_a_table_on_four_feet_is_led_until_its_forces_are_not_determined(tmp_path):
+    """The bits of `simulate` as long as one foot is on the floor at a time; then the program says so, whatever modes it has."""
+    eom, mode = table(4), kn.ContactMode
+    one = [tuple(m if k == i else mode.SEPARATED for k in range(4)) for i in range(4) for m in (1, 2, 3)]
+    every = [tuple(map(mode, m)) for m in ((0,) * 4, *one, (1,) * 4, (2,) * 4, (3,) * 4, (0, 3, 3, 0))]
+    text = emit_simulator(eom.compile(name="model", contract=False), modes=every)
+    program = compiled(tmp_path, "model", text, "-O0")
+    for seed in range(3):
+        given, q, u = thrown(seed, 4)
+        sol = known(eom, {"q": q, "u": u}, 0.5, parameters=given)
+        start = dict(zip((s.name for s in eom.state), [*q, *u], strict=True))
+        numbers = [f"{name}={float(x)!r}" for name, x in (start | given).items()]
+        done = subprocess.run([program, "0.5", "31", *numbers], capture_output=True, text=True, check=False)
+        assert done.returncode == 1
+        assert "numbers alone do not tell how it goes on. Simulate it with kane." in done.stderr
+        found = np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()[1:]])
+        expected = np.column_stack([sol.t, sol.states])[: len(found)]
+        assert np.array_equal(bits(found), bits(expected))
+        feet = np.array([sol.modes[f"f{k}"] != "separated" for k in range(4)])[:, : len(found)]
+        assert feet.any()
+        assert (feet.sum(axis=0) <= 1).all()
+        for c in eom.system.contacts:
+            assert sol[c.gap.expr][: len(found)].min() > -1e-12
+            assert sol[c.normal_force][: len(found)].min() >= 0
 
 
 CONTROLLER = """

@@ -49,7 +49,9 @@ def enumerated(problem: ContactProblem) -> ModeSolutions:
         solution = solve(problem, modes, directions)
         complete = complete and (solution.certain or solution.consistent)
         if solution.consistent and not any(same(solution, other) for other in found):
-            found.append(canonical(problem, solution, least=True))
+            shown = canonical(problem, solution, least=True)
+            if not any(same(shown, other) for other in found):
+                found.append(shown)
     return ModeSolutions(tuple(found), complete)
 
 

@@ -33,7 +33,7 @@ from kane.expr.regular import Sizes, size
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS
+from kane.numeric.scale import GIVEN, MOTION_RANK, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS
 from kane.program.from_expressions import Bundle
 
 _ROUNDS = 100
@@ -333,10 +333,15 @@ def held_together(touch: ContactsAtState, modes: Sequence[ContactMode], directio
     closed = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED]
     sticking = [i for i in closed if modes[i] is ContactMode.STICK and contacts[i].slips]
     scale = np.sqrt(np.maximum(np.diag(touch.mobility), 0.0))
-    kept: list[int] = []
+    kept, weak = list[int](), list[int]()
     for i in (*sticking, *(i for i in closed if i not in sticking)):
         if touch.layout.places[i][0] is None:
             continue
+        if _followed(touch, kept, [d * i], scale, MOTION_RANK):
+            weak.append(i)  # last: a row that others almost hold holds these poorly
+        else:
+            kept.append(d * i)
+    for i in weak:
         following = _followed(touch, kept, [d * i], scale)
         if following:
             _check_stands(touch, i, following)
@@ -370,14 +375,16 @@ class _Follows(NamedTuple):
     shares: dict[int, float]
 
 
-def _followed(touch: ContactsAtState, kept: Sequence[int], rows: Sequence[int], scale: Array) -> list[_Follows]:
-    """The combinations of kept rows that a gap's rate or a contact's slips follow from; empty if they are independent."""
+def _followed(
+    touch: ContactsAtState, kept: Sequence[int], rows: Sequence[int], scale: Array, share: float = ROUNDED_SUM
+) -> list[_Follows]:
+    """The combinations of kept rows that a gap's rate or a contact's slips follow from but for a share; empty if independent."""
     if not kept or not scale[list(rows)].all():
         return []
     w = touch.mobility / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
     by = np.linalg.solve(w[np.ix_(kept, kept)], w[np.ix_(kept, rows)])
     left, ways = np.linalg.eigh(w[np.ix_(rows, rows)] - w[np.ix_(rows, kept)] @ by)
-    few = ways.T[left <= ROUNDED_SUM]
+    few = ways.T[left <= share]
     each = np.eye(len(rows)) if len(few) == len(rows) else few / scale[list(rows)]
     result = []
     for e in each / np.linalg.norm(each, axis=1, keepdims=True):

@@ -10,7 +10,7 @@ from kane.expr.build import add, div, mul, sqrt, sub, sum_of
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Reaction
 from kane.expr.visit import substituted
-from kane.model.contacts import SHARED, ContactLaw, ContactMode, Modes
+from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.declarations import EndOfMode, Event
 from kane.model.loads import Load, Slip
 from kane.space.frame import Frame, Point
@@ -78,12 +78,6 @@ def standing_forces(contacts: Sequence[ContactLaw], modes: Modes) -> dict[Expr, 
 
 Group = tuple[ContactLaw, ...]
 Forces = Mapping[Expr, Expr]
-
-
-def may_be_redundant(contacts: Sequence[ContactLaw]) -> bool:
-    """Whether a body may press on one plane at more points than its gaps are independent at."""
-    places = [c.between for c in contacts if c.gap is not None and c.between is not None]
-    return any(places.count(place) > SHARED for place in places)
 
 
 def groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:

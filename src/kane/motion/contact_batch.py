@@ -50,7 +50,7 @@ def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method, s
         and eom.solved.twin is None
         and not any(isinstance(b, Beam) for b in system.bodies)
         and all(constant(f) is not None for f in drives.values())
-        and not any(left_to_python(system.contacts, drives, method, span).values())
+        and not any(left_to_python(drives, method, span).values())
     )
 
 

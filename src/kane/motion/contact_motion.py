@@ -33,8 +33,8 @@ from kane.equations.mode_equations import (
 )
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import ZERO, Expr
-from kane.model.contact_modes import groups, may_be_redundant, stands
-from kane.model.contacts import ContactLaw, ContactMode, Modes, check_numbers, law_of
+from kane.model.contact_modes import groups, stands
+from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import ContactRunner, Went, rests, runner
 from kane.motion.course import Method, Pace
@@ -443,7 +443,7 @@ class ContactMotion:
         # a slip that has turned before its end continues: from rest, along its acceleration
         turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
         if back or turned:
-            x, sliding = self._brought_to_rest(touch, x, closed, back, sliding)
+            x, sliding = self._brought_to_rest(t, x, closed, back, sliding)
             closed, touch = self.layout.together(closed | back), self.touch(t, x)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
@@ -465,14 +465,17 @@ class ContactMotion:
         return x, sliding
 
     def _brought_to_rest(
-        self, touch: ContactsAtState, x: Array, closed: set[int], back: set[int], sliding: Array
+        self, t: float, x: Array, closed: set[int], back: set[int], sliding: Array
     ) -> tuple[Array, Array]:
         """The state at zero gap rates of `closed` and `back` and zero slips not `sliding`; directions of slip, also of `back`."""
-        stuck = [n for n in closed if not sliding[n].any()]
+        stuck, touch = [n for n in closed if not sliding[n].any()], self.touch(t, x)
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.held(sorted(self.layout.together(closed | back)), stuck)
         still = self._still(touch, back, self.none)
-        return after, np.where(still.any(axis=1, keepdims=True), still, sliding)
+        before, came = np.where(still.any(axis=1, keepdims=True), still, sliding), self.touch(t, after)
+        turned = np.flatnonzero((before * came.slips).sum(axis=1) < 0)  # friction as before would push these
+        before[turned] = self._still(came, set(turned.tolist()), self.none)[turned]
+        return after, before
 
     def _falls_back(self, touch: ContactsAtState, now: Decided, decided: Decided) -> set[int]:
         """Contacts that open and fall again before their gaps exceed rounding: they count as closed throughout."""
@@ -715,7 +718,7 @@ class _ContactCourse:
     def _runner(self) -> ContactRunner | None:
         """The kernel of the automaton; None if Python runs the whole motion: see `left_to_python`."""
         at = self.at
-        if any(left_to_python(at.contacts, at.inputs, self.method, self.span).values()):
+        if any(left_to_python(at.inputs, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
         result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
@@ -858,16 +861,13 @@ class _ContactCourse:
         self.by = (event,)
 
 
-def left_to_python(
-    contacts: Sequence[ContactLaw], inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]
-) -> dict[str, bool]:
+def left_to_python(inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> dict[str, bool]:
     """The features that the kernel of the automaton does not support, and whether a motion has them.
 
     `ContactRunner.place` leaves single modes to Python, `unsure` of `kane.motion.hybrid.contact_decisions` single decisions.
     """
     laws = [f for f in inputs.values() if constant(f) is None]
     return {
-        "a body on more feet than three": may_be_redundant(contacts),
         "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in laws),
         "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in laws),
         "breakpoints": bool(method.breakpoints),

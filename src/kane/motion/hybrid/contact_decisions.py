@@ -60,7 +60,7 @@ class Decisions:
         self.unknowns, self.changed, self.again = (w.variable(n, INT) for n in ("unknowns", "changed", "again"))
         self.trials, self.rounds = w.variable("trials", INT), w.variable("rounds", INT)
         self.agreeing, self.agrees = w.variable("agreeing", INT), w.variable("agrees", INT)
-        self.cell, self.other = w.variable("cell"), w.variable("other_cell")
+        self.cell, self.other, self.least = (w.variable(name) for name in ("cell", "other_cell", "least_pivot"))
         self._offsets()
 
     def _offsets(self) -> None:
@@ -454,9 +454,19 @@ class Decisions:
         with w.few(size) as i:
             self.doubt(~(room[self.bound + i * kd + i] > 0.0))
 
+    def doubt_pivot(self, pivot: Term, own: Term) -> None:
+        """Unsure if a row may depend on those before it: elimination leaves `pivot` of its diagonal entry `own`.
+
+        Errors of W come divided by `least`, the smallest share left so far: beside rows that almost depend a zero does not look so.
+        """
+        share = pivot / own
+        self.doubt(~(share > self.largest(U / self.least.get(), self.writer.constant(INVERSE_RANK))))
+        self.least.put(self.writer.compute("min", self.least.get(), share))
+
     def _factor(self, size: Term) -> None:
         """L of W = L Lᵀ, with zero columns for contacts with the slip of an earlier one; unsure if other rows are dependent."""
         w, room, kd = self.writer, self.room, self.k * self.d
+        self.least.put(1.0)
         with w.few(size) as i, w.few(i + 1) as j:
             row, above = self.L + i * kd * 2, self.L + j * kd * 2
             rest = room[row + j] - self.sum(j, lambda k: room[row + k] * room[above + k])
@@ -466,7 +476,8 @@ class Decisions:
             with w.otherwise():
                 n = self.whole(i)
                 follows = (room[self.first + n] < w.compute("float", n)) & (self.rest_of(i) > 0)
-                self.doubt(~follows & ~(rest > room[self.W + i * kd + i] * INVERSE_RANK))
+                own = room[self.W + i * kd + i]
+                self.doubt_pivot(w.select(follows, own, rest), own)
                 positive = w.select(rest > 0.0, rest, 0.0)
                 room[row + j] = w.select(follows, 0.0, w.compute("sqrt", positive))
 

@@ -507,10 +507,11 @@ class After:
             with w.few(count.get()) as v:
                 room[of.bound + u * kd + v] = room[of.mobility + row * kd + of.index(of.at_row + v)]
         factor(room, of.bound, kd, count.get())
+        of.least.put(1.0)
         with w.few(count.get()) as u:
             pivot = room[of.bound + u * kd + u]
             row = of.index(of.at_row + u)
-            of.doubt(~(pivot * pivot > room[of.mobility + row * kd + row] * ROUNDED_SUM))
+            of.doubt_pivot(pivot * pivot, room[of.mobility + row * kd + row])
         solve(room, of.bound, kd, count.get(), of.x)
         with (
             w.few(of.k) as i,
