@@ -93,7 +93,7 @@ def test_names_and_units():
     ("make", "message"),
     [
         (lambda: kn.coincident(P, N.x, along=N.x), r"Expected points to keep together, got N.x"),
-        (lambda: kn.distance(A, P, 1), "Expected points to hold at a distance, got"),
+        (lambda: kn.distance(A, P, 1), "Expected points to keep at a distance, got"),
         (lambda: kn.distance(P, Q, kn.parameter("m", 1, "kg")), r"Expected a length .m. of P Q, got m .kg.. Correct it"),
         (lambda: kn.distance(P, Q, kn.parameter("b", 1, "m") ** 2), r"got b\^2 .m\^2."),
         (lambda: kn.no_slip(A, along=N.x), "Expected points to keep from slipping, got"),
@@ -210,7 +210,7 @@ def test_a_point_that_wanders_in_its_body_is_refused() -> None:
     lowest = hub.at("low", -kn.cos(lean) * B.z - kn.sin(lean) * B.y)
     with pytest.raises(
         kn.ModelError,
-        match=r"got low, which wanders in B as lean turns it.*hub.fixed_in\(B",
+        match=r"got low, which moves in B as lean turns it.*hub.fixed_in\(B",
     ):
         kn.coincident(lowest, O, N.z)
     slider = hub.at("slider", x * B.y)  # x does not turn B

@@ -534,7 +534,8 @@ def test_resistances_that_cannot_be():
         kn.joints.rolling_resistance(stop, 0.1)
     eom, _, roll = disk()
     with pytest.raises(
-        kn.ModelError, match=r"Expected the contact that presses 'rolling of floor' listed, too, got .*floor"
+        kn.ModelError,
+        match=r"Expected the contact whose normal force 'rolling of floor' depends on listed, too, got .*floor",
     ):
         kn.System(eom.system.inertial, bodies=eom.system.bodies, speeds="rates", contacts=[roll])
 

@@ -86,7 +86,7 @@ WRONG = [
     ({"form": "exact"}, "form= of arm to be one of linearized, nonlinear"),
     ({"stretch": 2}, "Expected EA of arm for its stretch=, got none"),
     ({"EA": 1.0, "stretch": kn.mode_shapes("free-free", 1)}, "stretch of arm that are zero at the root"),
-    ({"modes": [lambda x: x**3, lambda x: x**4]}, r'bending of arm whose curvatures .* Take kn\.mode_shapes\("polynomials", 2\)'),
+    ({"modes": [lambda x: x**3, lambda x: x**4]}, r'bending of arm whose curvatures .* Use kn\.mode_shapes\("polynomials", 2\)'),
     ({"EA": 1.0, "stretch": kn.mode_shapes("legendre", 3)}, r'stretch of arm whose slopes .* got legendre.*\("rod", 3\)'),
     ({"GJ": 1.0, "polar": 1.0, "torsion": kn.mode_shapes("polynomials", 1)}, "twist of arm whose slopes do not all vanish"),
     ({"GJ": 1.0, "torsion": 1}, "polar=moment of inertia about the axis per length of arm"),

@@ -88,11 +88,11 @@ def test_functions_that_would_lock_the_root(rng: np.random.Generator) -> None:
         ),
         (
             {**SHEAR, "shear_modes": kn.mode_shapes("polynomials", 4)},
-            r'do not all vanish at the root, which is held, got polynomials.* Take kn.mode_shapes\("rod polynomials", 4\)',
+            r'do not all vanish at the root, which is constrained, got polynomials.* Use kn.mode_shapes\("rod polynomials", 4\)',
         ),
         (
             {**SHEAR, "support": "pinned", "shear_modes": kn.mode_shapes([lambda x: x * (1 - x) ** 2])},
-            r'do not all vanish at the tip, which is held, got own functions.* Take kn.mode_shapes\("pinned", 1\)',
+            r'do not all vanish at the tip, which is constrained, got own functions.* Use kn.mode_shapes\("pinned", 1\)',
         ),
         ({**SHEAR, "damping": {"ratio": 0.1}}, r"Expected damping= of beam, which shears, as \{\"stiffness\": β\}"),
         ({**SHEAR, "shear_modes": "rod"}, "Expected shear_modes= of beam as a number of functions, rod polynomials"),

@@ -318,8 +318,8 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
         if spin > first:
             message = (
                 f"Expected the stiffening of {beam.name}, which spins at up to {spin:.4g} rad/s, beyond its first frequency at "
-                f"rest, {first:.4g} rad/s, got stiffening=False: linearized so early, it diverges whatever the beam does. Leave "
-                "stiffening= out."
+                f"rest, {first:.4g} rad/s, got stiffening=False: this premature linearization diverges for any motion of the "
+                "beam. Leave stiffening= out."
             )
             yield message, StiffeningWarning
         return
@@ -330,7 +330,7 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
         better = first_frequency(beam, f, values, spin, _polynomials(max(_ENOUGH, 2 * f.shapes.count)))
         if coarse > better * (1 + _OFF):
             message = (
-                f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, by which its first "
-                f"frequency there is {coarse:.5g} rad/s in the place of {better:.5g}. Take more of them."
+                f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, with which its first "
+                f"frequency at that spin is {coarse:.5g} rad/s instead of {better:.5g}. Use more modes."
             )
             yield message, ModesWarning

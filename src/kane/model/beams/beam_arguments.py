@@ -131,8 +131,8 @@ def _check_strained(
     if locked:
         raise ModelError(
             f"Expected functions of the {what} of {name} whose {'curvatures' if order == 2 else 'slopes'} do not all vanish at the "
-            f"{locked[0]}, which is held, got {shapes.label}: no force could strain it there, and it would be too stiff. "
-            f'Take kn.mode_shapes("{usual}", {shapes.count}).'
+            f"{locked[0]}, which is constrained, got {shapes.label}: no force could strain it there, and it would be too stiff. "
+            f'Use kn.mode_shapes("{usual}", {shapes.count}).'
         )
 
 

@@ -271,8 +271,8 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
             kept = np.nonzero(np.abs(series.coef) > ROUNDED * size)[0]
             return Chebyshev(series.coef[: kept[-1] + 1] if len(kept) else [0.0], domain=[0, 1])
     raise ModelError(
-        f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not follow. "
-        "Give what has kinks as table=(ξ, values)."
+        f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not "
+        "approximate. Give functions with kinks as table=(ξ, values)."
     )
 
 

@@ -164,7 +164,7 @@ def _check_centers(name: str, line: Vector, n: Vector, size: Expr) -> None:
     lift, square = numbers([line.dot(n), line.dot(line)])
     level, expected = abs(lift) <= DECLARED * abs(square) ** 0.5 and not line.is_zero, f"centres of the gears {name!r}"
     expect.that(level, f"{expected} in one plane across the axis", came=f"them {lift:.3g} m apart along {n}")
-    expect.that(is_constant_in_time([size]), f"{expected} at a constant distance", size, "Carry both by one frame.")
+    expect.that(is_constant_in_time([size]), f"{expected} at a constant distance", size, "Place both in one frame.")
 
 
 def rack_and_pinion(
