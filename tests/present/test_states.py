@@ -18,9 +18,9 @@ def test_the_last_step_holds_their_rates():
     name, value = step.items[-1]
     assert name == "a'"
     assert value is EOM.state_rates[0]
-    assert step.text.endswith("The further states have rates of their own.")
+    assert step.text.endswith("The further states have their own rates.")
     last = chapters_of(EOM)[6]
-    assert last.text.endswith("The further states have rates of their own.")
+    assert last.text.endswith("The further states have their own rates.")
     assert r"\dot{a}" in [f.left for f in last.formulas]
 
 
