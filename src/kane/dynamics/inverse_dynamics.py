@@ -103,11 +103,11 @@ def inverse_at(
 ) -> TreeInverse:
     """The tree at given u̇, without constraints. Unsuited, with the reason, if the system is not a tree of joint speeds."""
     if holds_reactions(derived):
-        raise Unsuited("loads that hold reactions")
+        raise Unsuited("loads that contain reactions")
     carried = carrying(derived, shared=elastic)
     tree = carried.tree(balanced=balanced).segments
     if dof_count(tree) != len(derived.speeds):
-        raise Unsuited("speeds that are not those of the joints")
+        raise Unsuited("speeds other than those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
     rows = rows_of(tree)
     lambdas = [sum_of(mul(c, changed(s, value, derived.kinematics)) for s, c in row.items()) for row in rows]

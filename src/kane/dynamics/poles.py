@@ -243,12 +243,12 @@ SINGULAR = "singular kinematics"
 _LARGEST_WATCHED = 3
 
 _STOPS_SLIPPING = (
-    "the slip speed of the {0} fell below {1}: {2} sets in, and the direction that the load takes from the slip "
-    "is lost. The sliding model ends here; with smooth= the friction goes on, and creeps"
+    "the slip speed of the {0} fell below {1}: {2} sets in, and the direction of the load, given by the slip, is "
+    "undefined. The sliding model ends here; friction with smooth= continues, with creep"
 )
 _OPENS = (
-    "the {0} takes its size from {1}, which must press: at {1} = 0 the contact opens, and the model ends here. If it presses where it "
-    "is negative, declare it along the opposite direction"
+    "the magnitude of the {0} follows from {1}, which must be compressive: at {1} = 0 the contact opens, and the model ends here. If "
+    "negative values are compressive, declare the reaction along the opposite direction"
 )
 _HAS_NO_RATES = (
     "W of q' = W u + X divides by {}, which vanishes here. Choose coordinates that are regular along this motion (another sequence of "

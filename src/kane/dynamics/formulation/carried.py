@@ -66,7 +66,7 @@ def rigid_body(inertias: Inertias, link: Link, shift: Triple = NOTHING) -> Rigid
             continue
         own = arm.components(link.basis)
         if not is_constant_in_time((part.mass, *own)):
-            raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
+            raise Unsuited(f"{part.name}, whose mass or mass centre is not constant in it")
         inertia = inertias[part.name, part.mass_center]
         body = body.plus(_rigid(part, summed(own, shift), inertia, link.basis))
     return body
@@ -88,7 +88,7 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
     for f in down:
         rows = Turn(f, inverse=True).up_symmetric(rows)
     if not is_constant_in_time(x for row in rows for x in row):
-        raise Unsuited("an inertia that moves in its body")
+        raise Unsuited("an inertia that is not constant in its body")
     return rows
 
 

@@ -197,7 +197,7 @@ def by_recursion(derived: Derived, carried: Carrying, route: str, partition: Par
     """
     if route != "recursive" or carried.crossings is None:
         if holds_reactions(derived):
-            raise Unsuited("loads that hold reactions" + " which no joint transmits" * (partition is not None))
+            raise Unsuited("loads that contain reactions" + " that no joint transmits" * (partition is not None))
         carried = carried._replace(crossings=None)
     try:
         whole = _accelerated(derived, carried, route, partition)

@@ -71,8 +71,10 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
 
     (result,), corner = on_either_side([root], at, series)
     came = (
-        "" if corner is None else f"a corner: {cut(str(corner.nodes[0]), 80)} turns at {cut(str(corner.quantity))} = 0"
+        ""
+        if corner is None
+        else f"a corner: {cut(str(corner.nodes[0]), 80)} switches at {cut(str(corner.quantity))} = 0"
     )
-    cure = "Expand about a point beside it."
-    expect.that(not came, "a point at which there are all derivatives", came=came, cure=cure, error=ExpressionError)
+    cure = "Expand about a nearby point."
+    expect.that(not came, "a point at which all derivatives exist", came=came, cure=cure, error=ExpressionError)
     return result
