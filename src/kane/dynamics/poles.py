@@ -77,7 +77,7 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
         others = [] if fixed else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: round(min((_determined(b, d, sizes) for b in usual), default=0.0), 9))
-        if not any(_determined(b, best, sizes) > NEAR_SINGULAR and told() for b, told in poles):
+        if not any(_determined(b, best, sizes) > NEAR_SINGULAR and accurate() for b, accurate in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)
 
@@ -108,7 +108,7 @@ class RateRows:
             numbers = spread(evaluate(self.exprs, {**values, **self.unit}), (count, n + 1)).swapaxes(0, 1)
         return np.asarray(numbers[..., :n] - numbers[..., n:])
 
-    def told(self, values: Mapping[Expr, Any], every: Array) -> Mask:
+    def are_accurate(self, values: Mapping[Expr, Any], every: Array) -> Mask:
         """Whether `every`, the result of `at`, is accurate enough (count) to decide if speeds are determined.
 
         It is not for a wheel flat on the road, for instance, which has no lowest point: its row is 0/0 up to rounding.
@@ -208,11 +208,11 @@ class _Configurations:
         places = np.array(closed).reshape(-1, len(q), 1)
         there = values | {x: places[:, k] for k, x in enumerate(q)}
         every = self.rows.at(there, len(places))
-        told = cache(lambda: self.rows.told(there, every).tolist())
+        accurate = cache(lambda: self.rows.are_accurate(there, every).tolist())
         for k, both in enumerate(every):
             b = self.rows.admitted(both)
             if b is not None:
-                yield b, partial(lambda k: bool(told()[k]), k)
+                yield b, partial(lambda k: bool(accurate()[k]), k)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Random configurations or, with a pivot, those at which it is smallest; empty if it is nowhere small."""

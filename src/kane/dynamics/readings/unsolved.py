@@ -11,7 +11,7 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
 
 At rest F̃_r = 0 at u = z (q̇ = 0), in steady motion F̃_r + F̃*_r = 0 at u̇ = 0 (Kane & Levinson 1985, sec. 6.5 and 6.6).
 
-What control is made of: inverse dynamics, M and f, centroidal momentum, inertia as it is felt at a point.
+Terms for control: inverse dynamics, M and f, centroidal momentum, the operational inertia at a point.
 
 Of trees that recursions solve, by recursion.
 """
