@@ -34,7 +34,7 @@ def test_scalars_have_no_places():
     x, y = kn.coordinates("x y")
     bead = kn.Particle("bead", O.at("B", x * N.x + y * N.y), 1.0)
     eom = kn.derive(kn.System(N, bodies=[bead], speeds="rates", holonomic=x - y**2, coordinates=(x, y)))
-    with pytest.raises(kn.SimulationError, match="points of application of their forces"):
+    with pytest.raises(kn.SimulationError, match="say where their forces act"):
         kn.constraint_forces(eom, q=[0.25, 0.5], u={})
 
 

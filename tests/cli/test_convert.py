@@ -108,7 +108,7 @@ def test_what_is_refused(tmp_path):
     assert "Expected a file that ends in .urdf" in line(kane("convert", tmp_path / "a.txt", code=2).stderr)
     (tmp_path / "m.py").write_text("a = 1\n")
     assert "Expected a name defined in" in line(kane("convert", f"{tmp_path / 'm.py'}:b", code=2).stderr)
-    assert "which only the file that declares it knows" in line(kane("convert", "flexible_arm", code=1).stderr)
+    assert "which only its source file can declare" in line(kane("convert", "flexible_arm", code=1).stderr)
 
 
 def test_a_python_model_keeps_its_title_start_and_span(tmp_path, monkeypatch):

@@ -160,7 +160,8 @@ class TestSystem:
     def test_a_reaction_takes_one_constraint_and_no_other_place(self):
         rod = kn.distance(self.at, O, 1)
         with pytest.raises(
-            kn.ReactionError, match="Expected constraint=one Constraint, and no other place, for the reaction 'T'"
+            kn.ReactionError,
+            match="Expected constraint=one Constraint, and neither at= nor frame=, for the reaction 'T'",
         ):
             kn.reaction("T", at=self.at, along=N.x, constraint=rod)
         with pytest.raises(kn.ReactionError, match="Expected constraint=one Constraint"):

@@ -243,7 +243,7 @@ Parameters = Annotated[
     typer.Option("--parameter", metavar="NAME=VALUE", help="Value of a parameter instead of its default."),
 ]
 States = Annotated[
-    list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Start value of an additional state.")
+    list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Start value of a further state.")
 ]
 Inputs = Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant value of an input.")]
 

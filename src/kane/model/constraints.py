@@ -368,7 +368,7 @@ def reaction(
     if constraint is not None:
         other: object = constraint
         alone = isinstance(other, Constraint) and all(x is None for x in (at, frame, along))
-        expected = f"constraint=one Constraint, and no other place, for the reaction {name!r}"
+        expected = f"constraint=one Constraint, and neither at= nor frame=, for the reaction {name!r}"
         expect.that(alone, expected, other, error=ReactionError)
         return Reaction.declare(name, None, unit or constraint.unit, "", constraint)
     if at is None and frame is None and along is None:

@@ -116,7 +116,7 @@ def quadratic_drag(point: Point, coefficient: Any, medium: Vector | None = None,
 
 
 def _drag(point: Point, medium: Vector | None, name: str, law: Any) -> Load:
-    _check_point(point, "place of drag")
+    _check_point(point, "point of drag")
     v = point.velocity(point.root().frame)
     if medium is not None:
         v = v - expect.instance(medium, Vector, "the velocity of the medium as a Vector", "Give it a direction: w*N.x.")

@@ -129,9 +129,9 @@ def check_reactions(
         if isinstance(s, Reaction) and s not in set(reactions):
             raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
     bare = [r for r in reactions if cut_of(r) is None and constraint_of(r) is None]
-    expected = "as many explicit auxiliary speeds as reactions without a place"
+    expected = "as many explicit auxiliary speeds as reactions without a point or frame"
     came = f"{len(auxiliary)} and {len(bare)} ({', '.join(map(str, bare)) or 'none'})"
-    cure = "Give the reaction a place: kn.reaction(name, at=point, along=direction)."
+    cure = "Give the reaction a point or frame: kn.reaction(name, at=point, along=direction)."
     expect.that(len(bare) == len(auxiliary), expected, came=came, cure=cure, error=ReactionError)
 
 

@@ -220,8 +220,8 @@ def _cure_of_numbers(e: Expr) -> str:
     if lone is None or not _has_unit(lone):
         return ""
     return (
-        f" Numbers in {cut(lone)} have no unit beside symbols that have one: give one of them as a parameter with its unit, such as "
-        'kn.parameter("c", 0.5, "rad/s^2").'
+        f" Numbers in {cut(lone)} have no unit, while symbols beside them have: give one of them as a parameter with its unit, such "
+        'as kn.parameter("c", 0.5, "rad/s^2").'
     )
 
 

@@ -52,7 +52,7 @@ def test_what_is_soft_and_what_is_left_out_is_said():
     said = {r.text for r in read.remarks if r.kind == "ignored"}
     assert {
         "1 sensors",
-        "1 keyframes: a motion starts at the reference configuration of the file",
+        "1 keyframes: a motion starts at the reference pose",
         "contacts of 1 geoms: declare them by kn.contact",
         "the equality 'equality_0', which is not active",
     } == said

@@ -77,7 +77,7 @@ def test_functions_that_would_lock_the_root(rng: np.random.Generator) -> None:
     ("more", "text"),
     [
         ({"shear": 40.0}, "Expected rotary=moment of inertia of a section per length of beam, which shears, got none"),
-        ({"shear_modes": 2}, "Expected k_s G A of beam as its shear=, got functions alone"),
+        ({"shear_modes": 2}, "Expected k_s G A of beam as its shear=, got only functions"),
         ({"shear": -1.0, "rotary": 0.1}, "Expected shear of beam above zero, got -1"),
         ({"shear": 1.0, "rotary": 0.0}, "Expected rotary of beam above zero, got 0"),
         ({"shear": (1.0, 2.0), "rotary": 0.1}, "Expected one shear= of beam, which bends along one direction, got two"),

@@ -58,7 +58,7 @@ def formulation(solved: Solved, method: str) -> Formulation:
         return kane(solved)
     if solved.derived.states:
         raise ModelError(
-            f"Expected a system without additional states for {cut(method)!r}, got "
+            f"Expected a system without further states for {cut(method)!r}, got "
             f"{', '.join(map(str, solved.derived.states))}, which are not part of the equations of motion. Declare them as inputs, "
             "kn.input, to compare methods."
         )

@@ -46,7 +46,7 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     """
     root = as_expr(e)
     order = expect.whole(order, f"an order from 0 to {_MOST}", least=0, most=_MOST, error=ArgumentError)
-    expect.instance(about, Mapping, "what to expand about by symbol, {symbol: value}", error=ArgumentError)
+    expect.instance(about, Mapping, "the point of expansion by symbol, {symbol: value}", error=ArgumentError)
     symbols = leaves([root], about)
     expect.different(symbols, "one value for each symbol", error=ArgumentError)
     at = dict(zip(symbols, map(as_expr, about.values()), strict=True))

@@ -221,9 +221,7 @@ def _imported(sheet: Sheet, names: LastForm, system: System) -> Imported:
     held = set(system.inputs)
     for name in sheet.prescribed:
         if sheet.symbols[name.lower()] in held:
-            text = (
-                f"{name} is not the coordinate of a generalized speed and no equation defines it: it becomes an input"
-            )
+            text = f"{name} is no generalized speed's coordinate and no equation defines it: it is an input"
             sheet.remarks.say("inferred", text)
     sheet.remarks.say("read", size_of(system))
     q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})

@@ -66,9 +66,7 @@ class LastForm:
             told = self.kinematic.get(rate(q), ZERO)
             if told is not ZERO and self._at_rest(told) is ZERO:
                 result[q] = Parameter.declare(q.name, self.numbers.get(q.name.lower()), "", "")
-                self.sheet.remarks.say(
-                    "changed", f"{q.name} changes with auxiliary speeds only: it becomes a parameter"
-                )
+                self.sheet.remarks.say("changed", f"{q.name} changes with auxiliary speeds only: it is a parameter")
         self.constants |= result
         return result
 
@@ -83,7 +81,7 @@ class LastForm:
                     self.numbers.pop(x.name.lower())
                 names = ", ".join(x.name for x in held)
                 s.remarks.say(
-                    "changed", f"the values of {names} give no valid inertia of {s.say(name)}: they are left out"
+                    "changed", f"the values of {names} give {s.say(name)} no valid inertia: they are left out"
                 )
 
     def _drop_contradictions(self) -> None:

@@ -270,8 +270,7 @@ class Space:
         spin = tuple(map(self.names.final, extra.components(frame)))
         big = [k for k in range(3) if not agree([spin[k]], [ZERO], self.groups)]
         self.sheet.remarks.say(
-            "inferred",
-            f"{shown} has an angular velocity that does not follow from its orientation: it gets additional coordinates",
+            "inferred", f"{shown} does not turn as its orientation implies: it gets additional coordinates"
         )
         if len(big) == 1:
             return self._about(frame, f"{shown}_turning", big[0], spin[big[0]], shown)

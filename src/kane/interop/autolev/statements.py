@@ -56,9 +56,7 @@ class Statements:
                 raise line.refuse(
                     "a command of Autolev", f"{node.children[0]} at column {line.column}", alike(name, known).strip()
                 )
-            self.sheet.remarks.say(
-                "ignored", f"{node.children[0]}(…): it only affects the display of results", line.where
-            )
+            self.sheet.remarks.say("ignored", f"{node.children[0]}(…): it only formats results", line.where)
         elif node.data == "member":
             self.r.value(node, line)
         else:

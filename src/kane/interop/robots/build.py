@@ -71,8 +71,7 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
     refused = [r for r in remarks if r.kind == "refused"]
     if refused:
         warn(
-            f"Expected all elements of {robot.name!r} to have a counterpart in kane, got {len(refused)} without one, the first: "
-            f"{refused[0]}."
+            f"Expected all of {robot.name!r} to have counterparts in kane, got {len(refused)} without one, the first: {refused[0]}."
         )
     q = {c.name: c for c in system.coordinates}
     u: dict[str, Speed] = {s.name: s for s in system.speeds}

@@ -73,7 +73,7 @@ NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
         "actuator_armature": ("actuator", "an armature"),
         "actuator_damping": ("actuator", "damping"),
         "actuator_dampingpoly": ("actuator", "damping that is not linear"),
-        "tendon_actfrclimited": ("tendon", "a limit of what actuators exert on it"),
+        "tendon_actfrclimited": ("tendon", "a limit on actuator forces on it"),
         "actuator_actearly": ("actuator", "an activation that acts a step early"),
         "actuator_actlimited": ("actuator", "a bounded activation"),
         "actuator_delay": ("actuator", "a delay"),
@@ -204,15 +204,9 @@ class _MjcfReader:
         if m.nsensor:
             self.remarks.say("ignored", f"{m.nsensor} sensors", self.source)
         if m.nkey:
-            self.remarks.say(
-                "ignored",
-                f"{m.nkey} keyframes: a motion starts at the reference configuration of the file",
-                self.source,
-            )
+            self.remarks.say("ignored", f"{m.nkey} keyframes: a motion starts at the reference pose", self.source)
         if float(m.opt.density) or float(m.opt.viscosity):
-            self.remarks.say(
-                "refused", "the medium: the effects of its density and viscosity are not modelled", self.source
-            )
+            self.remarks.say("refused", "the medium: its density and viscosity have no effect here", self.source)
         if int(m.opt.disableactuator):
             self.remarks.say("refused", "<option> disables groups of actuators", self.source)
         bits = mujoco().mjtDisableBit.__members__.items()

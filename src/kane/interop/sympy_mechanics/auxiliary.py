@@ -40,11 +40,7 @@ class Auxiliary:
         self._points: dict[Any, Held] = {}
         if not given.auxiliary:
             return
-        why = (
-            self._survey()
-            if wanted
-            else "the points of application of constraint forces, which reactions would contain, are unknown"
-        )
+        why = self._survey() if wanted else "reactions would contain constraint forces whose points are unknown"
         names = ", ".join(str(u.func) for u in given.auxiliary)
         if why:
             self._points.clear()

@@ -40,7 +40,7 @@ class Given:
         import sympy
 
         if self.method is None:
-            raise ModelError("Expected a method that makes equations, got bodies and loads alone.")
+            raise ModelError("Expected a method that forms equations, got only bodies and loads.")
         method = copy.copy(self.method)
         if self.lagrangian is not None:
             if method.eom is None:

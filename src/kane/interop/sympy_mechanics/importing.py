@@ -190,7 +190,7 @@ class _Import:
         """A sentence that explains why SymPy's equations may differ; "" if no reason is known."""
         if self._given.lagrangian is not None and self._frames.further:
             return (
-                "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and of such a Lagrangian "
+                "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and for such a Lagrangian "
                 "Lagrange's equations do not hold. Use KanesMethod, or a Lagrangian of unconstrained rates with nonhol_coneqs."
             )
         inertial, named = self._frames.inertial, []

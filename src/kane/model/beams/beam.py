@@ -217,8 +217,8 @@ class Beam(Immutable):
             value = constant_value(div(as_expr(xi), self.length))
         if value is None or not 0 <= float(value) <= 1:
             raise ModelError(
-                f"Expected a place of {self.name} as ξ = x/L from 0, its root, to 1, its tip, got {cut(xi)}. Divide x by the length, "
-                f"or give it as a share of it: {cut(self.length)}/2."
+                f"Expected a position on {self.name} as ξ = x/L from 0, its root, to 1, its tip, got {cut(xi)}. Divide x by the "
+                f"length, or give it as a fraction of it: {cut(self.length)}/2."
             )
         return float(value)
 

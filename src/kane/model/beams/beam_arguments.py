@@ -80,7 +80,7 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
     """
     if shear is None:
         if not _is_none(modes):
-            raise ModelError(f"Expected k_s G A of {name} as its shear=, got functions alone. Give both or neither.")
+            raise ModelError(f"Expected k_s G A of {name} as its shear=, got only functions. Give both or neither.")
         return []
     stiff, given = (_each(name, "shear", x, len(bent)) for x in (shear, modes))
     usual, further = ("pinned", 0) if support == "pinned" else ("rod polynomials", 1)

@@ -251,7 +251,7 @@ def bevel_pair(
     z_a, z_b = _teeth(name, teeth)
     across = n_a.cross(n_b).gathered()
     inclined = not across.is_zero and abs(numbers([across.dot(across)])[0]) >= DECLARED
-    expected, cure = f"axes of the bevel gears {name!r} that meet at an angle", "kn.gear_pair takes parallel ones."
+    expected, cure = f"axes of the bevel gears {name!r} that meet at an angle", "Use kn.gear_pair for parallel axes."
     expect.that(inclined, expected, came=f"{n_a} and {n_b}", cure=cure)
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
