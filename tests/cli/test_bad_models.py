@@ -112,7 +112,7 @@ BAD: dict[str, Bad] = {
     "load_of_acceleration": error("ModelError", "got x'', which is not known before", "as mass or inertia"),
     # reactions
     "reaction_free_direction": error(
-        "ReactionError", "reaction Fn along a direction", "got N.x at P, along which it moves freely with u1", "across the motion"),
+        "ReactionError", "reaction Fn along a direction", "got N.x at P, along which it moves freely with u1", "to that motion"),
     "reaction_nonlinear": error("ReactionError", "linear in the reactions", "got Fn^2 in 'friction'", "such as -mu*N_z"),
     "reaction_not_listed": error("ReactionError", "reaction Fn is used in a load but not listed", "System(reactions=[…])"),
     "reaction_not_unit": error("ReactionError", "got 2 N.y of length 2", "Use along.normalized()", at="kn.reaction("),
@@ -128,7 +128,7 @@ BAD: dict[str, Bad] = {
     "spring_pushes": warning("load 'spring' pushes away: at START it increases", "by up to 30 per unit", "sign of the force"),
     "damper_feeds": warning("load 'brake' adds energy to the motion", "positive power at START", "A damper dissipates energy"),
     "start_unknown": error("ModelError", "name of a coordinate (x, q) in START['q'], got 'q1'", "Did you mean q?", at="START ="),
-    "start_length": error("ModelError", "START['q']", "dict {name: value}, got [0.1, 0.5, 0.0]", "which value is whose", at="START ="),
+    "start_length": error("ModelError", "START['q']", "dict {name: value}, got [0.1, 0.5, 0.0]", "each value by name", at="START ="),
     "start_incomplete": warning("START is incomplete", "needs --q q=…"),
     "parameter_missing": warning("No default for k", "--parameter NAME=VALUE"),
     "parameter_unknown": error(
