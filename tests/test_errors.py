@@ -137,7 +137,7 @@ def test_names_in_the_place_of_units():
     """A second name given by itself is no unit, and where it is meant is said; what is a unit stays one."""
     for make, stem in ((kn.coordinates, "q"), (kn.speeds, "u")):
         with pytest.raises(
-            kn.UnitError, match=rf"another name: one text holds all, {make.__name__}\('{stem}1 {stem}2'\)"
+            kn.UnitError, match=rf"another name, give all names in one text, {make.__name__}\('{stem}1 {stem}2'\)"
         ):
             make(f"{stem}1", f"{stem}2")
         assert [s.unit for s in make("a b", "m/s")] == ["m/s", "m/s"]

@@ -55,7 +55,7 @@ def test_nothing_but_files_is_replaced(tmp_path, name, thing):
     thing = _made(thing, path)
     before = path.lstat().st_ino, sorted(os.listdir(tmp_path))
     with pytest.raises(
-        kn.ArgumentError, match=rf"Expected a file to write, got the {thing} .*{name}, which stays as it is"
+        kn.ArgumentError, match=rf"Expected a file to write, got the {thing} .*{name}, which is not replaced"
     ):
         WRITERS[name](path)
     assert (path.lstat().st_ino, sorted(os.listdir(tmp_path))) == before
@@ -72,7 +72,7 @@ def test_only_what_was_written_here_is_replaced(tmp_path, name):
     else:
         path.write_text("<!doctype html><title>My thesis</title>")
     mine = path.read_bytes()
-    with pytest.raises(kn.ArgumentError, match=r"a file that kane wrote as this one, got .* with something else in it"):
+    with pytest.raises(kn.ArgumentError, match=r"a file of this kind written by kane, got .* with other contents"):
         WRITERS[name](path)
     assert path.read_bytes() == mine
     assert os.listdir(path.parent) == [name]

@@ -33,21 +33,19 @@ def refusal(path: Path, own: Own | None = None) -> str:
     An ordinary file is replaced if it is empty or `own` knows it; without `own`, always.
     """
     if not path.parent.is_dir():
-        return f"Expected a folder that exists, got {path.parent} in {path}. Make it first."
+        return f"Expected a folder that exists, got {path.parent} in {path}. Create it first."
     if not os.access(path.parent, os.W_OK):
-        return f"Expected a folder that may be written to, got {path.parent} in {path}. Choose another one."
+        return f"Expected a folder with write permission, got {path.parent} in {path}. Choose another one."
     try:
         status = path.lstat()
     except FileNotFoundError:
         return ""
     if not stat.S_ISREG(status.st_mode):
-        return f"Expected a file to write, got the {_kind(status)} {path}, which stays as it is. {_ELSE}"
+        return f"Expected a file to write, got the {_kind(status)} {path}, which is not replaced. {_ELSE}"
     if not status.st_mode & stat.S_IWUSR:
-        return f"Expected a file that may be written, got {path}, which is write-protected. {_ELSE}"
+        return f"Expected a file with write permission, got {path}, which is write-protected. {_ELSE}"
     if own is not None and status.st_size and not own(path):
-        return (
-            f"Expected a new path, or a file that kane wrote as this one, got {path} with something else in it. {_ELSE}"
-        )
+        return f"Expected a new path, or a file of this kind written by kane, got {path} with other contents. {_ELSE}"
     return ""
 
 

@@ -69,7 +69,7 @@ def test_what_has_no_finite_derivative_is_told():
 
 
 def test_a_load_without_a_direction_is_named_with_cures_that_work():
-    told = r"the drag has no value here.* divides by sqrt\(v1\^2 \+ v2\^2 \+ v3\^2\) = 0.*kn\.friction\(…, smooth=…\)"
+    told = r"the drag is undefined here.* divides by sqrt\(v1\^2 \+ v2\^2 \+ v3\^2\) = 0.*kn\.friction\(…, smooth=…\)"
     eom = body(-c * V.normalized())
     with pytest.raises(kn.SimulationError, match=told):
         kn.simulate(eom, (0, 1), q=[0.9, 0, 0], u=[0, 0, 0])

@@ -162,7 +162,7 @@ def test_nothing_is_written_over(words, tmp_path):
     place.write_text("mine")
     told = kane(words[0], *model, *words[1:], place, code=2)
     assert "Expected a new file, got" in line(told.stderr)
-    assert "which is there already. Choose another name, or add --force." in line(told.stderr)
+    assert "which already exists. Choose another name, or add --force." in line(told.stderr)
     assert place.read_text() == "mine"
     kane(words[0], *model, *words[1:], place, "--force")
     assert place.read_bytes() != b"mine"
@@ -198,7 +198,7 @@ def test_simulate_with_an_input(tmp_path):
         (("--q", "theta"), "Expected --q NAME=VALUE with a finite number, got 'theta'"),
         (("--q", "theta=inf"), "Expected --q NAME=VALUE with a finite number, got 'theta=inf'"),
         (("--q", "theta=1", "--q", "theta=2"), "Expected one value for each name, got --q theta=… twice"),
-        (("--input", "F=1"), "the name of an input (there is none) in --input, got 'F'"),
+        (("--input", "F=1"), "the name of an input (the model has none) in --input, got 'F'"),
         (("--t1", "-1"), "to end after its start at 0 s, got --t1 -1"),
         (("--csv", "."), "Expected a file to write, got the folder ."),
         (("--plot", "."), "Expected --plot FILE that ends in .png, .svg, .pdf, got ."),
@@ -219,7 +219,7 @@ def test_simulation_that_breaks_off_is_the_exit_code(tmp_path):
 
 def test_no_result_is_written_over_the_model(tmp_path):
     file = written(tmp_path, SPRING)
-    assert "than the model's own" in line(kane("emit", file, "--target", "c", "--out", file, code=2).stderr)
+    assert "other than the model's own" in line(kane("emit", file, "--target", "c", "--out", file, code=2).stderr)
     assert file.read_text(encoding="utf-8") == SPRING
 
 
@@ -238,7 +238,7 @@ def test_every_system_of_the_gallery_has_a_start(name):
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in GALLERY])
 def test_check_warns_of_nothing_in_the_gallery(name):
-    assert set(from_json("check", name)["warnings"]) <= {"No loads: nothing but inertia acts."}
+    assert set(from_json("check", name)["warnings"]) <= {"No loads: only inertia forces act."}
 
 
 def test_emit(tmp_path):
@@ -327,7 +327,7 @@ def test_report_with_and_without_a_motion(tmp_path):
     assert page.loads == []
     assert {"motion", "checks", "sources"} <= set(page.sections)
     file = written(tmp_path, SPRING)
-    assert "Without a motion: START does not say" in kane("report", file).stderr
+    assert "The report has no motion: START does not give" in kane("report", file).stderr
     page = Page((tmp_path / "model.html").read_text(encoding="utf-8"))
     assert "motion" not in page.sections
     before = (tmp_path / "model.html").read_bytes()
@@ -339,7 +339,7 @@ def test_report_with_and_without_a_motion(tmp_path):
     assert "Report: model.md" in kane("report", file, "--format", "markdown").stdout
     assert (tmp_path / "model-sketch.svg").is_file()
     (tmp_path / "b.tex").unlink()
-    assert "b-sketch.pdf, which is there already" in line(kane("report", file, "-o", "b.tex", code=2).stderr)
+    assert "b-sketch.pdf, which already exists" in line(kane("report", file, "-o", "b.tex", code=2).stderr)
     assert not (tmp_path / "b.tex").exists()
     assert "ends in .html" in line(kane("report", file, "-o", "b.docx", code=2).stderr)
 
@@ -414,7 +414,7 @@ def test_speeds_left_out_of_start_are_asked_for(tmp_path):
         "import kane as kn\nfrom kane.gallery.four_bar import system\nSTART = {'q': {'q1': 1.2, 'q2': kn.guess(-1)}}\n",
     )
     said = [line(w) for w in from_json("check", file)["warnings"]]
-    assert said == ["START does not say everything: a simulation needs --u u2=…."]
+    assert said == ["START is incomplete: a simulation needs --u u2=…."]
     assert "add --u u2=…, or set them in START" in line(kane("simulate", file, code=2).stderr)
 
 

@@ -61,7 +61,7 @@ def test_a_model_of_another_tool(source, tmp_path, monkeypatch):
     path = tmp_path / source.partition(":")[0]
     path.write_text(SOURCES[source])
     done = kane("convert", source, "--out", "made.py")
-    assert "Go on with: kane check made.py" in line(done.stderr)
+    assert "Next: kane check made.py" in line(done.stderr)
     text = (tmp_path / "made.py").read_text()
     eom = kn.derive(model_of("made.py").system)
     read = {
@@ -103,12 +103,12 @@ def test_a_system_of_the_gallery():
 
 
 def test_what_is_refused(tmp_path):
-    assert "which is not there" in line(kane("convert", "absent.urdf", code=2).stderr)
+    assert "which does not exist" in line(kane("convert", "absent.urdf", code=2).stderr)
     (tmp_path / "a.txt").write_text("x")
     assert "Expected a file that ends in .urdf" in line(kane("convert", tmp_path / "a.txt", code=2).stderr)
     (tmp_path / "m.py").write_text("a = 1\n")
-    assert "Expected a name of" in line(kane("convert", f"{tmp_path / 'm.py'}:b", code=2).stderr)
-    assert "which only the file that declares it knows" in line(kane("convert", "flexible_arm", code=1).stderr)
+    assert "Expected a name defined in" in line(kane("convert", f"{tmp_path / 'm.py'}:b", code=2).stderr)
+    assert "which only its source file can declare" in line(kane("convert", "flexible_arm", code=1).stderr)
 
 
 def test_a_python_model_keeps_its_title_start_and_span(tmp_path, monkeypatch):

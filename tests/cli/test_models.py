@@ -31,7 +31,7 @@ def test_misspelt_name_is_answered_with_suggestions_and_where_the_list_is():
 def test_absent_file(tmp_path):
     written(tmp_path, SPRING, "crane.py")
     told = line(kane("check", "crain.py", code=2).stderr)
-    assert "crain.py, which is not there. Did you mean crane.py?" in told
+    assert "crain.py, which does not exist. Did you mean crane.py?" in told
     assert "got 'crane'. Did you mean crane.py?" in line(kane("check", "crane", code=2).stderr)
     assert "got the folder" in line(kane("check", str(tmp_path), code=2).stderr)
 
@@ -87,7 +87,7 @@ def test_syntax_error_names_file_and_line(tmp_path):
         ("def system():\n    pass\n", "to return a kn.System, got None: end it with `return kn.System(…)`"),
         ("def system():\n    return 'pendulum'\n", "to return a kn.System, got str ('pendulum')"),
         ("def system(n):\n    pass\n", "to need no arguments, got one with missing a required argument: 'n'"),
-        ("import sys\nsys.exit(4)\n", "to declare a model and come to its end, got a call of sys.exit()"),
+        ("import sys\nsys.exit(4)\n", "to declare a model and run to its end, got a call of sys.exit()"),
         (
             SPRING + "START = {'q0': {}}\n",
             "START in model.py to have keys among q, u, parameters, inputs, states, got 'q0'",

@@ -398,7 +398,7 @@ def test_contacts_that_hardly_rub_begin_to_slip_along_their_accelerations(mu):
 
 def test_too_many_to_enumerate():
     one = contact_problem(*box([0.0, 0.0]), [0.5] * 4)
-    with pytest.raises(ArgumentError, match=r"few contacts to count modes of, got 4\. Take `choose`"):
+    with pytest.raises(ArgumentError, match=r"fewer contacts to enumerate their modes, got 4\. Use `choose`"):
         enumerated(one)
 
 
@@ -459,7 +459,7 @@ def test_a_box_between_walls_falls_or_jams():
         ({"mobility": np.eye(3)}, r"2 × 2 numbers, got an array of the shape \(3, 3\)"),
         ({"sliding": [[1.0, 0.0]]}, r"directions of slip, 1 × 1 numbers"),
         ({"terms": [0.1, 1.0]}, r"terms of b that are no smaller than b"),
-        ({"friction": "much"}, r"coefficients of friction, one a contact, got 'much'"),
+        ({"friction": "much"}, r"coefficients of friction, one per contact, got 'much'"),
     ],
 )
 def test_what_is_no_problem(given, message):
@@ -489,10 +489,10 @@ def test_contacts_are_told_by_name():
     rod = [[1 + 3 * c * c, -3 * c * s], [-3 * c * s, 1 + 3 * s * s]]
     given = {"sliding": [[-1.0]], "kinetic": [2.0]}
     for names, told in (((), "contact 0 slides"), (("tip",), "tip slides")):
-        with pytest.raises(ContactError, match=f"got none: {told} and its friction presses it further in"):
+        with pytest.raises(ContactError, match=f"got none: {told} and its friction increases the normal force"):
             choose(contact_problem(rod, [-9.81, 0.0], [2.0], names=names, **given))
 
 
 def test_modes_before_of_other_contacts():
-    with pytest.raises(ArgumentError, match="modes before of all 1 contacts"):
+    with pytest.raises(ArgumentError, match="before= as the earlier modes of all 1 contacts"):
         choose(contact_problem(np.eye(2), [-1.0, 0.2], [0.5]), before=(ContactStatus.OPEN, ContactStatus.OPEN))

@@ -111,7 +111,9 @@ def test_a_rod_hits_a_rough_floor(space, degrees, v, mu, e, law, normal, slip, e
 
 
 def test_a_gain_of_energy_is_named():
-    with pytest.warns(KaneWarning, match=r"gains 0\.04334 of kinetic energy: by Newton's law .* Take Law\.STRONGE"):
+    with pytest.warns(
+        KaneWarning, match=r"increases the kinetic energy by 0\.04334, which Newton's law .* Use Law\.STRONGE"
+    ):
         impact(rod(60), [-1, 0.75], 0.5, 0.9, Law.NEWTON)
 
 
@@ -280,7 +282,10 @@ def test_what_is_no_impact(given, message):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"restitution": [0.5, 0.5]}, r"coefficients of restitution, one a contact, got an array of the shape \(2,\)"),
+        (
+            {"restitution": [0.5, 0.5]},
+            r"coefficients of restitution, one per contact, got an array of the shape \(2,\)",
+        ),
         ({"restitution": [1.5]}, "from 0 to 1"),
         ({"law": Law.STRONGE, "rule": Rule.SIMULTANEOUS}, "Law.NEWTON where impacts are simultaneous"),
         ({"rule": "first"}, "Rule.SEQUENTIAL or SIMULTANEOUS"),

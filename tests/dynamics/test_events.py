@@ -35,7 +35,7 @@ def test_contact_is_lost_where_the_normal_force_vanishes():
 
 def test_a_reaction_that_presses_where_it_is_negative_is_told_to_turn_round():
     eom, _ = block(along=-1.0)
-    with pytest.raises(kn.SimulationError, match="declare it along the opposite direction"):
+    with pytest.raises(kn.SimulationError, match="declare the reaction along the opposite direction"):
         kn.simulate(eom, (0, 1), q=[0], u=[1])
 
 

@@ -48,7 +48,7 @@ def test_pairs_that_cancel_and_rolling():
     common = {"bodies": [wheel, kn.Particle("b", Q, 1)], "speeds": "rates", "loads": [pair, friction]}
     slides = kn.derive(kn.System(N, **common))
     assert {n.load.name for n in slides.noncontributing} == {"pair"}
-    assert "adds up to zero" in slides.noncontributing[0].reason
+    assert "add up to zero" in slides.noncontributing[0].reason
     rolls = kn.derive(kn.System(N, **common, nonholonomic=kn.no_slip(K, along=N.x)))
     assert {n.load.name for n in rolls.noncontributing} == {"pair", "friction"}
 

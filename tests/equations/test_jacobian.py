@@ -215,7 +215,7 @@ def test_a_corner_has_no_derivative_and_is_named():
     eom = on_a_track(lambda x, v: -3 * abs(x) - x * abs(v))
     j = eom.jacobian()
     assert j.at(q=[0.5], u=[0.2])[1].tolist() == [-1.6, -0.25]
-    with pytest.raises(kn.CornerError, match=r"got a corner: abs\(x\) turns at x = 0"):
+    with pytest.raises(kn.CornerError, match=r"got a corner: abs\(x\) switches at x = 0"):
         j.at(q=[0], u=[0.2])
     assert j.at(q=[0.5], u=[[0.2, 0.3]]).shape == (2, 2, 2)
     with pytest.raises(kn.CornerError, match="a corner at"):

@@ -288,7 +288,7 @@ def test_zero_stands_for_zeros_of_many_motions():
 
 @pytest.mark.parametrize("q", [[1.0, 2.0], np.array([1.0, 2.0]), 0])
 def test_some_values_of_a_list_are_not_replaced_by_name(q):
-    with pytest.raises(kn.ValueMissingError, match="Expected q of the state by name, of which some are to be replaced"):
+    with pytest.raises(kn.ValueMissingError, match="Expected a state with q given by name to replace some of them"):
         kn.State(q, 0).replace(q={"q1": 3.0})
     assert list(kn.State(q, 0).replace(q=[3.0, 2.0]).q) == [3.0, 2.0]
 

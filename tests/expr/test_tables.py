@@ -147,7 +147,7 @@ def test_units():
     [
         (
             ([0, 1, 1], [1, 2, 3]),
-            r"increasing places of a table, got 1 after 1\. Sort the points; where the value jumps",
+            r"increasing points x of a table, got 1 after 1\. Sort the points; where the value jumps",
         ),
         (([0, 2, 1], [1, 2, 3]), r"got 1 after 2"),
         (([0], [1]), r"at least 2 points \(x, y\) for a table of kind 'linear', got shapes \(1,\) and \(1,\)"),

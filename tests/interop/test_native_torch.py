@@ -92,5 +92,5 @@ def test_what_is_not_finite_passes_on_and_another_device_is_refused(both):
     x = tensor(state(eom))
     x[0] = torch.nan
     assert torch.isnan(native(0.0, x)).any()
-    with pytest.raises(kn.ArgumentError, match="Expected tensors on the processor for machine code, got one on meta"):
+    with pytest.raises(kn.ArgumentError, match="Expected CPU tensors for machine code, got one on meta"):
         native(0.0, x.to("meta"))

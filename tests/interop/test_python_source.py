@@ -32,7 +32,7 @@ def test_the_gallery(name, tmp_path):
     module = load(name)
     system = module.system()
     if any(not isinstance(b, kn.RigidBody | kn.Particle) for b in system.bodies):
-        with pytest.raises(kn.ModelError, match="which only the file that declares it knows"):
+        with pytest.raises(kn.ModelError, match="which only its source file can declare"):
             kn.exchange.to_python(system)
         return
     text = kn.exchange.to_python(system, title=module.TITLE)
@@ -78,7 +78,7 @@ def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
         assert f'kn.close_{kind}("G", ' in text
     if "axis" in CLOSURES[kind]:
         with pytest.raises(
-            kn.ModelError, match="constraint 'G tilt1'.*which only the file" if kind != "slider" else "G"
+            kn.ModelError, match="constraint 'G tilt1'.*which only its source" if kind != "slider" else "G"
         ):
             kn.exchange.to_python(system(lambda k: 0.6 * a.frame.x + 0.8 * a.frame.y))
 
@@ -150,7 +150,7 @@ def test_a_rope_round_a_drum_is_refused():
     drum = O.at("D", N.x)
     held = kn.joints.capstan("wound", [O, drum, a.point], L, mu, drum=drum, angle=3.0)
     body = kn.RigidBody("a", frame=a.frame, mass_center=a.point, mass=1.0, inertia=kn.inertia(a.frame, 1, 2, 2.5))
-    with pytest.raises(kn.ModelError, match=r"got the contact 'wound'.*which only the file that declares it knows"):
+    with pytest.raises(kn.ModelError, match=r"got the contact 'wound'.*which only its source file can declare"):
         kn.exchange.to_python(kn.System(N, bodies=[body], joints=[a], contacts=[held]))
 
 
@@ -305,5 +305,5 @@ def test_actions_that_give_inputs_functions_are_refused():
     system = kn.System(
         N, bodies=[kn.Particle("b", P, 1.0)], speeds={u: q.dt}, loads=[kn.Force(P, f * N.x)], events=events
     )
-    with pytest.raises(kn.ModelError, match=r"the event 'there'.*which only the file that declares it knows"):
+    with pytest.raises(kn.ModelError, match=r"the event 'there'.*which only its source file can declare"):
         kn.exchange.to_python(system)

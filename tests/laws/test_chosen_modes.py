@@ -44,7 +44,7 @@ NAMES = {
     ContactStatus.FRESH_SLIP: "begins",
     ContactStatus.SLIP: "slides",
 }
-UNDETERMINED = "whose forces rigid bodies determine"
+UNDETERMINED = "with uniquely determined forces between rigid bodies"
 
 
 class Instant(NamedTuple):

@@ -260,7 +260,7 @@ def test_redundant_closures_are_named_and_do_no_harm(planar: bool) -> None:
                     found = state.values([state.eom.multipliers[c]])[0] * np.linalg.norm(v)
                     assert abs(found - wrench @ way) <= limit, c.name
         for c in named:
-            with pytest.raises(kn.ReactionError, match=r"reactions that the motion determines, got R \("):
+            with pytest.raises(kn.ReactionError, match=r"reactions that are uniquely determined, got R \("):
                 kn.derive(state.eom.system.replace(reactions=[kn.reaction("R", constraint=c)]))
 
     check()

@@ -43,12 +43,12 @@ def test_frozen():
     ("make", "message"),
     [
         (lambda: kn.Particle("p", G, -1), "mass ≥ 0 for p, got -1"),
-        (lambda: kn.Particle("p", A, 1), "Expected a Point as the place of p"),
+        (lambda: kn.Particle("p", A, 1), "Expected a Point as the position of p"),
         (lambda: kn.Particle("p", G.fixed_in(A, "Q", A.x), 1), "got Q, the particle of A .* with at"),
         (lambda: kn.RigidBody("b", frame=A, mass_center=G, mass=-m * 0 - 2, inertia=I), "mass ≥ 0"),
         (lambda: kn.RigidBody("b", frame=G, mass_center=G, mass=m, inertia=I), "Frame for the body b"),
         (lambda: kn.RigidBody("b", frame=A, mass_center=G, mass=m, inertia=3), r"kn.inertia\(A, Ixx.*got int"),
-        (lambda: kn.RigidBody("b", frame=A, mass_center=A, mass=m, inertia=I), "Point as the place of b"),
+        (lambda: kn.RigidBody("b", frame=A, mass_center=A, mass=m, inertia=I), "Point as the position of b"),
     ],
 )
 def test_errors(make, message):

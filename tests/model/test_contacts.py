@@ -28,15 +28,25 @@ def system(N, P, *contacts):
 
 
 COEFFICIENTS = [
-    ({"mu": -0.1}, "mu = μ_k ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
-    ({"mu": 0.0, "static": -0.1}, "static = μ_s ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
-    ({"mu": 0.4, "static": 0.3}, "μ_k ≤ μ_s of the contact 'floor'", "μ_k = 0.4 and μ_s = 0.3", "Exchange them"),
-    ({"restitution": 1.1}, "a restitution from 0 to 1 of the contact 'floor'", "1.1", "0 is an impact without rebound"),
+    ({"mu": -0.1}, "mu = μ_k ≥ 0 of the contact 'floor'", "-0.1", "Give 0 for a frictionless contact"),
+    (
+        {"mu": 0.0, "static": -0.1},
+        "static = μ_s ≥ 0 of the contact 'floor'",
+        "-0.1",
+        "Give 0 for a frictionless contact",
+    ),
+    ({"mu": 0.4, "static": 0.3}, "μ_k ≤ μ_s of the contact 'floor'", "μ_k = 0.4 and μ_s = 0.3", "Swap them"),
+    (
+        {"restitution": 1.1},
+        "a restitution from 0 to 1 of the contact 'floor'",
+        "1.1",
+        "Give 0 for an impact without rebound",
+    ),
     (
         {"restitution": -0.1},
         "a restitution from 0 to 1 of the contact 'floor'",
         "-0.1",
-        "0 is an impact without rebound",
+        "Give 0 for an impact without rebound",
     ),
     ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton, moreau", "'hertz'", ""),
 ]
@@ -123,14 +133,14 @@ def test_nothing_presses():
     """Where coordinates keep the contact closed the normal force is a reaction to be given."""
     with pytest.raises(
         kn.ModelError,
-        match=r"Expected a gap of the contact 'floor' that coordinates change, got 0:.*normal=kn.reaction",
+        match=r"Expected a gap of the contact 'floor' that depends on coordinates, got 0:.*normal=kn.reaction",
     ):
         particle(where=0)
 
 
 def test_bodies_that_never_touch():
     with pytest.raises(
-        kn.ModelError, match=r"that coordinates change, got 1: these bodies never touch. Leave the contact out"
+        kn.ModelError, match=r"that depends on coordinates, got 1: these bodies never touch. Leave the contact out"
     ):
         particle(where=1)
 
@@ -138,7 +148,8 @@ def test_bodies_that_never_touch():
 @pytest.mark.parametrize("gap", [1.0, kn.parameter("d", 0.2, "m"), kn.sin(kn.time)])
 def test_a_gap_that_no_coordinate_changes(gap):
     with pytest.raises(
-        kn.ModelError, match=r"Expected a gap of 'end' that coordinates change, got .* Write what must stay"
+        kn.ModelError,
+        match=r"Expected a gap of 'end' that depends on coordinates, got .* Give an expression that must stay",
     ):
         kn.joints.stop("end", gap)
 
@@ -149,13 +160,13 @@ def test_a_contact_over_a_floor_that_moves_alone():
     floor = O.at("F", -kn.parameter("A", 0.1, "m") * kn.cos(kn.parameter("w", 1.0, "rad/s") * kn.time) * N.y)
     x = kn.coordinate("x")
     P = O.at("P", x * N.x)
-    with pytest.raises(kn.ModelError, match="Expected a gap of the contact 'floor' that coordinates change"):
+    with pytest.raises(kn.ModelError, match="Expected a gap of the contact 'floor' that depends on coordinates"):
         kn.contact(kn.joints.point_on_plane("floor", P, floor, normal=N.y), 0.3)
 
 
 def test_a_rope_between_fixed_points():
     N, O = ground()
-    with pytest.raises(kn.ModelError, match="Expected a gap of 'rope' that coordinates change"):
+    with pytest.raises(kn.ModelError, match="Expected a gap of 'rope' that depends on coordinates"):
         kn.joints.rope("rope", [O, O.at("Q", N.x)], 1.0)
     with pytest.raises(kn.ModelError, match="Expected two points or more of the rope 'rope', got 1"):
         kn.joints.rope("rope", [O], 1.0)
@@ -166,7 +177,7 @@ def test_two_contacts_with_one_gap():
     stop = kn.joints.stop("stop", floor.gap.expr)
     with pytest.raises(
         kn.ModelError,
-        match=r"Expected contacts at different places, got 'floor' and 'stop' with one gap. Leave one out",
+        match=r"Expected contacts at different points, got 'floor' and 'stop' with the same gap. Leave one out",
     ):
         system(N, P, floor, stop)
 
@@ -176,7 +187,9 @@ def test_two_contacts_with_one_gap_by_another_expression():
     N, P, floor = particle()
     y = floor.gap.expr
     eom = kn.derive(system(N, P, floor, kn.joints.stop("stop", 2 * y)))
-    with pytest.raises(kn.SimulationError, match="Expected contacts whose forces rigid bodies determine, got 'stop'"):
+    with pytest.raises(
+        kn.SimulationError, match="Expected contacts with uniquely determined forces between rigid bodies, got 'stop'"
+    ):
         kn.simulate(eom, (0, 1), q=[0, 0], u=[0, 0])
 
 
@@ -191,9 +204,11 @@ def test_a_contact_listed_where_none_is_expected():
     N, P, floor = particle()
     with pytest.raises(kn.ModelError, match=r"made by kn.contact\(place, mu\)"):
         system(N, P, kn.joints.point_on_plane("place", P, P.root(), normal=N.y))
-    with pytest.raises(kn.ModelError, match=r"Expected a place of contact, got .* goes into contacts="):
+    with pytest.raises(
+        kn.ModelError, match=r"Expected the geometry of a contact, got .* has a law already in contacts="
+    ):
         kn.contact(floor, 0.3)
-    with pytest.raises(kn.ModelError, match=r"Expected a place of contact, got .* Make one with kn.joints"):
+    with pytest.raises(kn.ModelError, match=r"Expected the geometry of a contact, got .* Make one with kn.joints"):
         kn.contact(P, 0.3)
 
 

@@ -56,7 +56,7 @@ def test_a_particle_of_the_wheel(name):
         (P, "got P, a geometric point.*O.fixed_in"),
         (
             P.fixed_in(C, "D"),
-            "D made on a point that moves with 'disk', got P, which does not.*such as C.: C..fixed_in.C, ",
+            "D placed from a point that moves with 'disk', got P, which does not.*such as C.: C..fixed_in.C, ",
         ),
         (CENTER.fixed_in(C, "D", R * B.z), "got D beyond its mass centre. Change the sign"),
     ],
@@ -103,7 +103,7 @@ def test_a_plate_is_met_by_its_own_particle():
     wrong = kn.rolling(met, G.fixed_in(plate, "T^", -R * N.z), normal=N.z)
     assert said(None, bodies=[ball, disk], held=right) == []
     (told,) = said(None, bodies=[ball, disk], held=wrong)
-    assert "Expected T^ made on a point that moves with 'plate', got G, which does not" in told
+    assert "Expected T^ placed from a point that moves with 'plate', got G, which does not" in told
     assert "such as O: O.fixed_in(plate, …)" in told
 
 
@@ -123,7 +123,7 @@ def test_the_normal_to_the_other_side():
 @pytest.mark.parametrize("along", [B.z, C.x, Y.x, (N.z + C.z)])
 def test_gravity_that_turns(along):
     (told,) = said(None, gravity=-g * along)
-    assert "along a direction that stays" in told
+    assert "along a fixed direction" in told
     assert "Write it along N" in told
 
 

@@ -139,7 +139,7 @@ def test_equivalent_sets_move_a_body_alike(many):
 def test_errors():
     with pytest.raises(kn.ModelError, match=r"kn.Force\(point, vector\)"):
         kn.force_system([N.x])
-    with pytest.raises(kn.ModelError, match="function alone"):
+    with pytest.raises(kn.ModelError, match="scalar function only"):
         kn.force_system(kn.Load.from_potential(kn.coordinate("q") ** 2))
     s = kn.force_system((O, N.x))
     with pytest.raises(kn.ModelError, match="Point about which"):

@@ -80,9 +80,9 @@ def test_damper():
 def test_a_damper_along_a_track_is_regular_where_its_points_meet():
     (_, force), _ = kn.linear_damper(O.at("X", q[1] * N.x), O, c).forces
     assert str(force) == "-c*q2' N.x"
-    with pytest.raises(kn.ModelError, match="two points apart for a damper, got X and O in one place"):
+    with pytest.raises(kn.ModelError, match="two points apart for a damper, got X and O at the same position"):
         kn.linear_damper(O.at("X", 0), O, c)
-    with pytest.raises(kn.ModelError, match="two points apart for a spring, got X and O in one place"):
+    with pytest.raises(kn.ModelError, match="two points apart for a spring, got X and O at the same position"):
         kn.linear_spring(O.at("X", 0), O, c, 0.2)
 
 
@@ -148,14 +148,17 @@ def test_gravity_along_a_frame_that_nothing_else_needs():
     [
         (lambda: kn.Force(A, N.x), r"force on a Point, got Frame\('A'.*kn.Torque"),
         (lambda: kn.Force("P", N.x), "force on a Point, got 'P'. Make one with at"),
-        (lambda: kn.Force(P, 3), "force as a Vector, got 3. Say along which axes"),
+        (lambda: kn.Force(P, 3), "force as a Vector, got 3. Write it along axes"),
         (lambda: kn.Torque(P, N.x), r"torque on a Frame, got Point\('P'.*kn.Force"),
         (lambda: kn.Torque("A", N.x), "torque on a Frame, got 'A'. Name the frame of a rigid body"),
         (lambda: kn.Torque(A, k), "torque as a Vector, got k"),
         (lambda: kn.gravity(9.81), "got 9.81. Give it a direction, downwards: -g\\*N.z"),
         (lambda: kn.action_reaction(P, A, N.x), "force on a Point, got Frame"),
         (lambda: kn.torque_pair(A, P, N.x), "torque on a Frame, got Point"),
-        (lambda: kn.linear_spring(P, P, k), "two of Point for the spring, got P twice. Name what is at its other end"),
+        (
+            lambda: kn.linear_spring(P, P, k),
+            "two of Point for the spring, got P twice. Name a different one for the other end",
+        ),
         (lambda: kn.torsional_damper(A, A, c, N.z), "two of Frame for the axis of the torsional damper, got A twice"),
         (lambda: kn.linear_spring(A, P, k), r"two of Point for the spring, got Frame\('A'"),
         (lambda: kn.linear_damper(P, A, c), r"two of Point for the damper, got Frame\('A'"),

@@ -131,7 +131,7 @@ def test_frames_that_only_points_are_written_along_are_found():
 
 
 def test_speeds_that_the_system_does_not_define():
-    with pytest.raises(kn.ModelError, match=r"speeds that the system defines \(none, as all are the rates\), got u1"):
+    with pytest.raises(kn.ModelError, match=r"speeds that the system defines \(none, as all are rates\), got u1"):
         kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.Load.from_dissipation(c * u1**2)])
     with pytest.raises(kn.ModelError, match="got other"):
         kn.System(N, bodies=[BODY], speeds=MIXED, loads=[kn.Load.from_dissipation(c * kn.speed("other") ** 2)])

@@ -19,19 +19,19 @@ def system(**changes):
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"states": {}}, r"a rate for the state a, got none\. Say it: System\(states={a: …}\)"),
+        ({"states": {}}, r"a rate for the state a, got none\. Declare it: System\(states={a: …}\)"),
         ({"states": [a]}, r"states= to be a dict"),
         ({"states": {q: u}}, r"states from kn\.state as keys of states=, got q \(Coordinate\)"),
         ({"states": {"a": u}}, r"states from kn\.state as keys"),
         ({"states": {a: u * N.x}}, r"a scalar as the rate of the state a, got .*\.dot\(unit vector\)"),
         ({"states": {a: u.dt}}, r"got the acceleration u', which is not known before .* high-pass"),
         ({"states": {a: F}}, r"got R \(Reaction\), which is not known"),
-        ({"states": {a: a.dt}}, r"got the rate a', .* Write out what states= says of a"),
+        ({"states": {a: a.dt}}, r"got the rate a', .* Write out the rate of a as in states="),
         ({"states": {a: kn.state("b")}}, r"a rate for the state b, got none"),
         ({"states": {a: kn.coordinate("p")}}, r"got p: no frame or point depends on it"),
-        ({"loads": [kn.Torque(made.ARM, a.dt * N.z)]}, r"in states themselves, got the rate a'"),
+        ({"loads": [kn.Torque(made.ARM, a.dt * N.z)]}, r"in states, not in their rates, got the rate a'"),
         ({"speeds": {u: q.dt + a}}, r"definitions of speeds without states, got a"),
-        ({"nonholonomic": [kn.motion_constraint("c", q.dt - a)]}, r"constraints without states, got a in them\. States act by loads"),
+        ({"nonholonomic": [kn.motion_constraint("c", q.dt - a)]}, r"constraints without states, got a in them\. Let states"),
         ({"states": {a: (e - a) * kn.parameter("a", 1.0)}}, r"one symbol of the name 'a'"),
     ],
 )  # fmt: skip

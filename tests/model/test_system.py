@@ -110,7 +110,7 @@ N_reaction = kn.reaction("F", at=P, along=N.y)
         ({"bodies": []}, kn.ModelError, "at least one body"),
         ({"bodies": [G]}, kn.ModelError, "kn.RigidBody or kn.Particle, got Point"),
         ({"bodies": [bob, kn.Particle("bob", E, 1)]}, kn.ModelError, "different names, got bob more than once"),
-        ({"bodies": [bob, kn.Particle("far", PM, 1)]}, kn.ModelError, "reached from one fixed in N, got PM"),
+        ({"bodies": [bob, kn.Particle("far", PM, 1)]}, kn.ModelError, "placed from one fixed in N, got PM"),
         ({"bodies": [bob, kn.Particle("far", kn.Point("O2", fixed_in=N), 1)]}, kn.ModelError, "one fixed point, got O, O2"),
         ({"loads": [N.x]}, kn.ModelError, "loads from kn.Force"),
         ({"loads": [kn.Torque(M, M.x)]}, kn.ModelError, "whose root is M"),

@@ -350,8 +350,8 @@ def test_it_lasts(tmp_path):
 @pytest.mark.parametrize(
     ("then", "message"),
     [
-        ({}, r"then= of the event 'a' to say what changes"),
-        (3, r"to say what changes, got 3"),
+        ({}, r"then= of the event 'a' to give new values"),
+        (3, r"to give new values, got 3"),
         ({y.dt: 1}, r"got the rate y'\. Set the speed"),
         ({kn.time: 1}, r"to set coordinates, speeds, states, parameters or inputs, got"),
         ({v: "fast"}, r"Expected an expression or a number for v"),
@@ -369,7 +369,7 @@ def test_wrong_actions_of_a_system():
         (kn.Event("a", y, then={v: 1, "v": 2}), r"Expected one value for each symbol .* by symbol and by name"),
         (kn.Event("a", y - y), r"'a' to change along a motion, got 0, which is constant"),
         (kn.Event("a", m * g), r"to change along a motion, got .*which is constant"),
-        (kn.Event("a", y, then={v: y}), r"what the event 'a' makes of v"),
+        (kn.Event("a", y, then={v: y}), r"the value of v set by the event 'a'"),
     ):
         with pytest.raises(kn.ModelError, match=message):
             ball(event)

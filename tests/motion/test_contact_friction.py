@@ -529,12 +529,13 @@ def test_resistances_that_cannot_be():
         kn.joints.rolling_resistance(point, 0.1)
     stop = kn.joints.stop("stop", y)
     with pytest.raises(
-        kn.ModelError, match=r"Expected a contact of kn.contact\(…\), which presses at a place, got 'stop'"
+        kn.ModelError, match=r"Expected a contact of kn.contact\(…\), which has a normal force at a point, got 'stop'"
     ):
         kn.joints.rolling_resistance(stop, 0.1)
     eom, _, roll = disk()
     with pytest.raises(
-        kn.ModelError, match=r"Expected the contact that presses 'rolling of floor' listed, too, got .*floor"
+        kn.ModelError,
+        match=r"Expected the contact whose normal force 'rolling of floor' depends on listed, too, got .*floor",
     ):
         kn.System(eom.system.inertial, bodies=eom.system.bodies, speeds="rates", contacts=[roll])
 

@@ -54,7 +54,7 @@ def test_beside_the_hodograph(bodies: Any, seed: int, law: str) -> None:
     values = dict(zip(PARAMETERS, (*arm, *inertia, mu, e), strict=True))
     asked = list[str]()
     with warnings.catch_warnings(), pytest.MonkeyPatch.context() as patch:
-        warnings.filterwarnings("ignore", "An impact gains", kn.KaneWarning)
+        warnings.filterwarnings("ignore", "An impact increases", kn.KaneWarning)
         own = ContactMotion.hit
 
         def hit(*args: Any) -> Any:

@@ -82,7 +82,7 @@ def test_accelerations_have_no_value_there_either():
     eom = kn.derive(spinning_top.system())
     angles, u = np.array([0.0, 0.1, np.pi, 2.0]), [0.1, 0.2, 5.0]
     for angle in (0.0, np.pi, 1e-9):
-        with pytest.raises(kn.SingularError, match="leaves u_psi', u_phi' open"):
+        with pytest.raises(kn.SingularError, match="leaves u_psi', u_phi' undetermined"):
             eom.evaluate(eom.accelerations, q=[0, angle, 0], u=u)
         assert np.isfinite(eom.evaluate([*eom.rates, eom.accelerations[1]], q=[0, angle, 0], u=u)).all()
     with pytest.warns(kn.KaneWarning, match="at index 0 and 1 more: the values there are NaN"):

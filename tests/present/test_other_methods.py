@@ -41,7 +41,9 @@ def test_what_constrains_nothing_and_what_lagrange_does_not_take() -> None:
     assert free.table.rows[2][2] == "0"
     assert len(free.found) == 1
     (sentence,) = why_kane(kn.derive(rolling_disk.system())).found
-    assert sentence.startswith("Lagrange's equations do not take this system: Expected loads that hold no reaction")
+    assert sentence.startswith(
+        "Lagrange's equations do not apply to this system: Expected loads that contain no reaction"
+    )
 
 
 def test_the_chapter_may_be_left_out(tmp_path) -> None:

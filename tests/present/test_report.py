@@ -359,7 +359,7 @@ def test_a_motion_with_contacts_lists_what_happens_on_the_way(tmp_path):
     eom = kn.derive(bouncing_ball.system())
     sol = kn.simulate(eom, (0, 2), **bouncing_ball.START)
     text = kn.report(eom, tmp_path / "ball.html", solution=sol).read_text()
-    rows = re.findall(r"<tr>(.*?)</tr>", text[text.index("What happens on the way") :].split("</table>")[0], re.S)
+    rows = re.findall(r"<tr>(.*?)</tr>", text[text.index("Events during the motion") :].split("</table>")[0], re.S)
     cells = [re.findall(r"<td[^>]*>(.*?)</td>", row, re.S) for row in rows]
     told = [[re.sub(r"<[^>]+>", "", cell).strip() for cell in row] for row in cells if row]
     assert [row[0] for row in told] == [f"{t:.9g}" for t in sol.t[sol.begins]]

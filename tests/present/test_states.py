@@ -18,9 +18,9 @@ def test_the_last_step_holds_their_rates():
     name, value = step.items[-1]
     assert name == "a'"
     assert value is EOM.state_rates[0]
-    assert step.text.endswith("The further states have rates of their own.")
+    assert step.text.endswith("The further states have their own rates.")
     last = chapters_of(EOM)[6]
-    assert last.text.endswith("The further states have rates of their own.")
+    assert last.text.endswith("The further states have their own rates.")
     assert r"\dot{a}" in [f.left for f in last.formulas]
 
 
@@ -52,6 +52,6 @@ def test_commands_take_them():
 
 @pytest.mark.parametrize("method", ["lagrange", "newton-euler"])
 def test_other_methods_have_none(method):
-    with pytest.raises(kn.ModelError, match=r"coordinates and speeds alone .* got the further states a"):
+    with pytest.raises(kn.ModelError, match=r"without further states .* got a, which"):
         EOM.by(method)
     assert EOM.by("kane").state == EOM.state

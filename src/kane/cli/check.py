@@ -218,7 +218,7 @@ def _missing(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
         yield f"No default for {', '.join(bare)}: every simulation needs --parameter NAME=VALUE for them."
     state = [option for option in begin.missing if not option.startswith("--parameter")]
     if state:
-        yield f"START does not say everything: a simulation needs {' '.join(state)}."
+        yield f"START is incomplete: a simulation needs {' '.join(state)}."
 
 
 def _degrees(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
@@ -239,22 +239,28 @@ def _degrees(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
 def _loads(eom: kn.Equations) -> Iterator[str]:
     system = eom.system
     if not eom.loads:
-        yield "No loads: nothing but inertia acts."
+        yield "No loads: only inertia forces act."
     if len(system.gravities) > 1:
         names = " and ".join(g.name for g in system.gravities)
-        yield f"{len(system.gravities)} loads of gravity ({names}) act on every body: they add. List one, if one is meant."
+        yield (
+            f"{len(system.gravities)} loads of gravity ({names}) act on every body, and their sum is applied. List one of them unless "
+            "all are meant."
+        )
     for load in dict.fromkeys(x for x in system.loads if system.loads.count(x) > 1):
-        yield f"The load {load.name!r} is listed {system.loads.count(load)} times: it acts as often. List it once, if once is meant."
+        count = system.loads.count(load)
+        yield f"The load {load.name!r} is listed {count} times, and acts {count} times. List it once unless that is meant."
 
 
 _DOES = {
     "feeds": (
-        "The load {name!r} feeds the motion: what changes sign in it with the speeds has a positive power at START, at {count} random "
-        "speeds, up to {most:.3g} W for speeds about 1. A damper takes energy: look at the sign of the force, or of its coefficient."
+        "The load {name!r} adds energy to the motion: the part of it that changes sign with the speeds has positive power at START, "
+        "at {count} random speeds, up to {most:.3g} W for speeds about 1. A damper dissipates energy: check the sign of the force, or "
+        "of its coefficient."
     ),
     "pushes": (
-        "The load {name!r} pushes away: at START it grows along itself as its place moves that way, by up to {most:.3g} for each "
-        "unit, in {count} random directions. A spring pushes back: look at the sign of the force, or of its stiffness."
+        "The load {name!r} pushes away: at START it increases when its point of application moves in its own direction, by up to "
+        "{most:.3g} per unit, in {count} random directions. A spring opposes the displacement: check the sign of the force, or of its "
+        "stiffness."
     ),
 }
 

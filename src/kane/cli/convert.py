@@ -36,16 +36,14 @@ def convert(
         str,
         typer.Argument(
             metavar="FILE[:NAME]",
-            help="A file of URDF, MJCF or Autolev; of a Python file a KanesMethod or System of SymPy, or a function that gives one.",
+            help="A file of URDF, MJCF or Autolev; or FILE.py:NAME, a KanesMethod or System of SymPy, or a function that returns one.",
             autocompletion=names_like,
             show_default=False,
         ),
     ],
     out: Out = None,
-    stops: Annotated[bool, typer.Option("--stops", help="Of URDF and MJCF: limits of joints are stops.")] = False,
-    friction: Annotated[
-        bool, typer.Option("--friction", help="Of URDF and MJCF: dry friction in joints acts.")
-    ] = False,
+    stops: Annotated[bool, typer.Option("--stops", help="URDF and MJCF: import joint limits as stops.")] = False,
+    friction: Annotated[bool, typer.Option("--friction", help="URDF and MJCF: import dry friction in joints.")] = False,
     force: Force = False,
 ) -> None:
     """Write a model of URDF, MJCF, Autolev or SymPy as a Python file that declares it to kane."""
@@ -62,7 +60,7 @@ def convert(
         typer.echo(text, nl=False)
         return
     screen.write(place, text, force)
-    screen.say(f"Go on with: kane check {place}", err=True)
+    screen.say(f"Next: kane check {place}", err=True)
 
 
 def _path(source: str) -> Path | None:
@@ -80,7 +78,9 @@ def _written(source: str, path: Path | None, options: Mapping[str, bool]) -> tup
         span = None if model.span == SPAN else model.span
         return kn.exchange.to_python(model.system, title=model.title, start=model.start, span=span), []
     if not path.is_file():
-        raise Misuse(f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {source}, which is not there.")
+        raise Misuse(
+            f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {source}, which does not exist."
+        )
     if path.suffix == ".py":
         return _of_python(path, source.rpartition(":")[2])
     return _of(getattr(kn.exchange, _reader(path))(path, **options), path.stem)
@@ -102,7 +102,7 @@ def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
         found: Any = getattr(module, name, None)
         if found is None:
             own = ", ".join(k for k in vars(module) if not k.startswith("_")) or "nothing"
-            raise Misuse(f"Expected a name of {short(path)}, which has {cut(own, 200)}, got {name}.")
+            raise Misuse(f"Expected a name defined in {short(path)} ({cut(own, 200)}), got {name}.")
         found = found() if isfunction(found) else found
     if isinstance(found, kn.System):
         return kn.exchange.to_python(found, title=name.replace("_", " ")), []

@@ -30,7 +30,7 @@ from kane.write.latex import symbol_latex
 def derive(
     name: Name,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
-    step: Annotated[int | None, typer.Option(min=1, max=7, help="This step alone.", show_default="all")] = None,
+    step: Annotated[int | None, typer.Option(min=1, max=7, help="Only this step.", show_default="all")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the equations of MODEL, step by step."""
@@ -86,18 +86,18 @@ def emit(
     target: Annotated[
         Target,
         typer.Option(
-            help="The language, a file that belongs to it, or an FMU (FMI 3.0) that begins at START.",
+            help="A language, a header or package file for it, or an FMU (FMI 3.0) with START as its start values.",
             show_default=False,
         ),
     ],
     out: Out = None,
     called: Annotated[
-        str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
+        str | None, typer.Option("--name", help="Base name of the emitted functions.", show_default="MODEL's")
     ] = None,
     with_integrator: Annotated[
         str | None,
         typer.Option(
-            help=f"A whole program that simulates, by {', '.join(SIMULATORS)}: in C, compile it with cc alone; or in WebAssembly.",
+            help=f"A complete simulation program with this integrator ({', '.join(SIMULATORS)}), in C for cc alone or in WebAssembly.",
             metavar="METHOD",
             show_default=False,
         ),
@@ -105,7 +105,7 @@ def emit(
     period: Annotated[
         float | None,
         typer.Option(
-            help="With --with-integrator: inputs are asked of a C function NAME_control every so many seconds.",
+            help="With --with-integrator: sampling period at which a C function NAME_control sets the inputs.",
             metavar="SECONDS",
             show_default=False,
         ),
@@ -152,7 +152,7 @@ def _check_options(target: str, with_integrator: str | None, period: float | Non
     if period is not None and (with_integrator is None or target != "c"):
         raise Misuse("Expected --target c and --with-integrator beside --period.")
     if target in BINARY and out is None and sys.stdout.isatty():
-        raise Misuse("Expected --out FILE with --target wasm, which is no text, got a terminal.")
+        raise Misuse("Expected --out FILE with --target wasm, a binary format, got a terminal.")
 
 
 def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, method: str | None) -> None:
@@ -166,10 +166,10 @@ def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, m
         except ValueMissingError as error:
             raise Misuse(f"{error} See START of the model's file.") from error
     if not unit.binary:
-        screen.say("There is no C compiler here: the unit holds its sources alone.")
+        screen.say("No C compiler was found: the unit contains only its sources.")
 
 
-cache_app = typer.Typer(cls=Guarded, no_args_is_help=True, help="Look at or empty the cache of compiled code.")
+cache_app = typer.Typer(cls=Guarded, no_args_is_help=True, help="Show or clear the cache of compiled code.")
 
 
 @cache_app.command("info", cls=Command)

@@ -114,7 +114,7 @@ def _page(ctx: Any, command: Any, parts: list[tuple[str, list[tuple[str, str]]]]
 def _parameters(command: Any) -> list[tuple[str, str]]:
     """A row for each argument or option."""
     shown = [p for p in command.params if not getattr(p, "hidden", False) and p.name not in _LEFT_OUT]
-    return [*map(_row, shown), ("--help", "Print this and leave.")]
+    return [*map(_row, shown), ("--help", "Show this message and exit.")]
 
 
 _LEFT_OUT = ("install_completion", "show_completion", "help")

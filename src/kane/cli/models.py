@@ -87,7 +87,7 @@ def _unknown(text: str, path: Path) -> str:
         return f"Expected a system of the gallery or a Python file as MODEL, got the folder {text}."
     if path.suffix == ".py" or len(path.parts) > 1:
         near = [str(p) for p in path.parent.glob("*.py")] if path.parent.is_dir() else []
-        return f"Expected a Python file as MODEL, got {text}, which is not there.{alike(text, near)} `kane new {text}` writes one."
+        return f"Expected a Python file as MODEL, got {text}, which does not exist.{alike(text, near)} `kane new {text}` writes one."
     own = [f"{text}.py"] if Path(f"{text}.py").is_file() else []
     cure = f" Did you mean {own[0]}?" if own else alike(text, GALLERY)
     return (
@@ -184,8 +184,8 @@ def _start(told: Any, where: str) -> dict[str, dict[str, Any]]:
             raise ModelError(f"Expected START in {where} to have keys among {', '.join(KINDS)}, got {kind!r}.")
         if not isinstance(values, Mapping):
             raise ModelError(
-                f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {cut(repr(values))}. Say which value is "
-                "whose, whatever their order."
+                f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {cut(repr(values))}. Give each value "
+                "by name; the order is irrelevant."
             )
     return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in told.items()}
 
@@ -234,12 +234,13 @@ Name = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="File to write.", show_default=False)]
-Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]
 End = Annotated[float | None, typer.Option("--t1", help="End of the motion, s.", show_default="SPAN, or 5")]
 Q = Annotated[list[str] | None, typer.Option("--q", metavar="NAME=VALUE", help="Start value of a coordinate.")]
 U = Annotated[list[str] | None, typer.Option("--u", metavar="NAME=VALUE", help="Start value of a speed.")]
 Parameters = Annotated[
-    list[str] | None, typer.Option("--parameter", metavar="NAME=VALUE", help="Value in place of the default.")
+    list[str] | None,
+    typer.Option("--parameter", metavar="NAME=VALUE", help="Value of a parameter instead of its default."),
 ]
 States = Annotated[
     list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Start value of a further state.")
@@ -258,4 +259,4 @@ def new(
         )
     _, _, text = (files("kane.cli") / "example.py").read_text(encoding="utf-8").partition("\n")  # without the licence
     screen.write(screen.target(file, None, force), text, force)
-    typer.echo(f"Go on with: kane check {file}", err=True)
+    typer.echo(f"Next: kane check {file}", err=True)

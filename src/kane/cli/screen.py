@@ -126,8 +126,8 @@ def _error_message(error: Any, path: str) -> str:
         return f"Expected {called(param)}{among}, got {wrong[1]!r}.{alike(wrong[1], known)}"
     told = str(error.message) if param is not None else error.format_message()
     if param is not None:
-        return f"Expected a value that {called(param)} can have, got another. {told}{'.' * (told[-1:] not in '.?')}"
-    return f"Expected arguments that `{path}` takes, got others: {told}{'.' * (told[-1:] not in '.?')}"
+        return f"Expected a valid value of {called(param)}, got an invalid one. {told}{'.' * (told[-1:] not in '.?')}"
+    return f"Expected arguments of `{path}`, got invalid ones: {told}{'.' * (told[-1:] not in '.?')}"
 
 
 def called(param: Any) -> str:
@@ -211,8 +211,8 @@ def user_code(path: Path | None, about: str = "") -> Iterator[None]:
         raise
     except SystemExit as error:
         text = (
-            f"error: Expected {short(path)} to declare a model and come to its end, got a call of sys.exit() in it. Put what is "
-            "not declaration under `if __name__ == '__main__':`."
+            f"error: Expected {short(path)} to declare a model and run to its end, got a call of sys.exit(). Put everything "
+            "except declarations under `if __name__ == '__main__':`."
         )
         raise UserError(shown(text)) from error
     except Exception as error:
@@ -350,7 +350,7 @@ def _plain(value: Any) -> Any:
 def target(path: Path, source: Path | None, force: bool = False) -> Path:
     """A path to write to, with folders made; raises Misuse for the model's file, an existing file without `force`, or a folder."""
     if source is not None and path.resolve() == source.resolve():
-        raise Misuse(f"Expected another file to write than the model's own, got {path}.")
+        raise Misuse(f"Expected an output file other than the model's own, got {path}.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -358,7 +358,7 @@ def target(path: Path, source: Path | None, force: bool = False) -> Path:
     if reason := refusal(path):
         raise Misuse(reason)
     if path.is_file() and not force:
-        raise Misuse(f"Expected a new file, got {path}, which is there already. Choose another name, or add --force.")
+        raise Misuse(f"Expected a new file, got {path}, which already exists. Choose another name, or add --force.")
     return path
 
 

@@ -116,7 +116,7 @@ def _assembled(eom: kn.Equations, begin: NamedStart, t: float) -> NamedStart:
 
 
 def _expected(kind: str, names: Sequence[str]) -> str:
-    return f"Expected the name of {'an' if kind == 'inputs' else 'a'} {_WHAT[kind]} ({', '.join(names) or 'there is none'})"
+    return f"Expected the name of {'an' if kind == 'inputs' else 'a'} {_WHAT[kind]} ({', '.join(names) or 'the model has none'})"
 
 
 def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float | None) -> kn.Solution:
@@ -137,7 +137,7 @@ def check_complete(missing: Sequence[str]) -> None:
     """Raise Misuse for missing start values, naming the options for them."""
     if missing:
         raise Misuse(
-            f"Expected a value for everything at the start, got none for some: add {' '.join(missing)}, or set them in START of "
+            f"Expected a start value of every quantity, got none for some: add {' '.join(missing)}, or set them in START of "
             "the model's file."
         )
 
@@ -280,14 +280,16 @@ def report(
     language: Annotated[str, typer.Option("--language", help="en or ko.")] = "en",
     linearization: Annotated[
         bool,
-        typer.Option("--linearization", help="A chapter on the equilibrium or steady motion near START, linearized."),
+        typer.Option(
+            "--linearization", help="Add a chapter on the equilibrium or steady motion near START, linearized."
+        ),
     ] = False,
     root_locus: Annotated[
         str | None,
         typer.Option(
             "--root-locus",
             metavar="NAME=LOW:HIGH",
-            help="A chapter on eigenvalues as a value changes.",
+            help="Add a chapter on the eigenvalues over a range of a value.",
             show_default=False,
         ),
     ] = None,
@@ -314,7 +316,7 @@ def report(
     asked = t1 is not None or any((q, u, parameter, input, state))
     sol = None if begin.missing and not asked else motion(model, eom, begin, t1)
     if sol is None:
-        screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
+        screen.say(f"The report has no motion: START does not give {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     told = {"title": model.title, "sources": model.sources, "checks": checks, "shapes": model.shapes}
     told |= steady_chapters(eom, begin, model.span[0], linearization, root_locus)

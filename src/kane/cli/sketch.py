@@ -17,7 +17,9 @@ def sketch(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="File to write: .svg, .pdf or .png.", show_default="MODEL.svg")
     ] = None,
-    width: Annotated[int, typer.Option(min=240, max=2000, help="Pixels at which it is read; 330 for a phone.")] = 640,
+    width: Annotated[
+        int, typer.Option(min=240, max=2000, help="Width in pixels when displayed; 330 for a phone.")
+    ] = 640,
     force: Force = False,
 ) -> None:
     """Draw MODEL: bodies, frames, loads, coordinates with their symbols."""

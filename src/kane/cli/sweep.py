@@ -32,17 +32,21 @@ def sweep(
         typer.Option(
             "--design",
             metavar="NAME=LOW:HIGH",
-            help="Bounds of a coordinate, speed, parameter, input or state; levels NAME=A,B,C of a product.",
+            help="Bounds of a coordinate, speed, parameter, input or state; with --sampler product, levels NAME=A,B,C.",
         ),
     ],
     sampler: Annotated[str, typer.Option(help="sobol, latin, halton, uniform, or product.")] = "sobol",
-    count: Annotated[int | None, typer.Option(help="Instances to draw.", show_default=False)] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of what is drawn.", show_default=False)] = None,
-    span: Annotated[tuple[float, float] | None, typer.Option(help="Beginning and end, s.", show_default="SPAN")] = None,
+    count: Annotated[int | None, typer.Option(help="Number of instances.", show_default=False)] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the random numbers.", show_default=False)] = None,
+    span: Annotated[
+        tuple[float, float] | None, typer.Option(help="Start and end times, s.", show_default="SPAN")
+    ] = None,
     samples: Annotated[int, typer.Option(help="Samples of each motion.")] = 501,
     method: Annotated[str | None, typer.Option(help="Integrator.", show_default="auto")] = None,
     threads: Annotated[int | None, typer.Option(help="Threads.", show_default="all processors")] = None,
-    chunk: Annotated[int | None, typer.Option(help="Instances written together.", show_default=False)] = None,
+    chunk: Annotated[
+        int | None, typer.Option(help="Number of instances per chunk of the store.", show_default=False)
+    ] = None,
     q: Q = None,
     u: U = None,
     parameter: Parameters = None,
@@ -84,7 +88,7 @@ def _design(texts: Sequence[str], sampler: str, eom: kn.Equations) -> dict[str, 
         except ValueError:
             raise Misuse(f"Expected --design {form} with numbers for the sampler {sampler}, got {text!r}.") from None
         if name not in names:
-            raise Misuse(f"Expected --design of a name that the model has, got {name!r}.{alike(name, names)}")
+            raise Misuse(f"Expected --design of a quantity of the model, got {name!r}.{alike(name, names)}")
         if name in result:
             raise Misuse(f"Expected one --design for each name, got {name} twice.")
         result[name] = numbers

@@ -90,9 +90,9 @@ def choose(problem: ContactProblem, before: Sequence[ContactStatus] | None = Non
     """
     that(
         before is None or len(before) == problem.count,
-        f"the modes before of all {problem.count} contacts",
+        f"before= as the earlier modes of all {problem.count} contacts",
         before,
-        "Leave them out where they are not known.",
+        "Leave it out if they are unknown.",
         error=ArgumentError,
     )
     met: list[ModeSolutions] = []
@@ -201,11 +201,11 @@ def jamming(problem: ContactProblem) -> tuple[int, ...]:
 def _none(problem: ContactProblem, complete: bool) -> str:
     factors = wedging(problem)
     pressed = ", ".join(
-        f"{problem.name(i)} {'slides' if problem.slides[i] else 'would slide'} and its friction presses it further in "
+        f"{problem.name(i)} {'slides' if problem.slides[i] else 'would slide'} and its friction increases the normal force "
         f"(W_nn − μ W_tn·t = {factors[i]:.3g})"
         for i in jamming(problem)
     )
     why = f": {pressed}, Painlevé's paradox" if pressed else ""
-    rest = "Go on with an impact without approach (`impact` with v_n = 0)"
-    got, cure = ("none", rest) if complete else ("none found", "There may be some; give fewer contacts at once")
+    rest = "Continue with an impact without approach (`impact` with v_n = 0)"
+    got, cure = ("none", rest) if complete else ("none found", "Some may exist; give fewer contacts at a time")
     return f"Expected forces that agree with the laws of friction, got {got}{why}. {cure}, or end the motion."

@@ -43,7 +43,7 @@ def few(problem: ContactProblem) -> bool:
 
 def enumerated(problem: ContactProblem) -> ModeSolutions:
     """All solutions of a problem with one coefficient per contact (`with_friction`); ArgumentError if there are too many contacts."""
-    that(few(problem), "few contacts to count modes of", problem.count, "Take `choose`.", error=ArgumentError)
+    that(few(problem), "fewer contacts to enumerate their modes", problem.count, "Use `choose`.", error=ArgumentError)
     found, complete = list[ModeSolution](), True
     for modes, directions in _modes(problem):
         solution = solve(problem, modes, directions)

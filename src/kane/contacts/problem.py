@@ -112,13 +112,13 @@ def contact_problem(
     ArgumentError
         if shapes disagree, W is not symmetric or has an invalid diagonal, an entry is not finite, or 0 ≤ μ_k ≤ μ_s does not hold
     """
-    static = numbers(friction, "coefficients of friction, one a contact", 1)
+    static = numbers(friction, "coefficients of friction, one per contact", 1)
     k = len(static)
     b = numbers(bias, "a bias b with the rows of all contacts", 1)
     d = len(b) // max(k, 1)
     that(
         k and d in (2, 3) and len(b) == d * k,
-        f"two or three rows a contact, {2 * k} or {3 * k} of {k}",
+        f"two or three rows per contact, {2 * k} or {3 * k} of {k}",
         came=f"{len(b)} of b",
         cure="Order them by contact: normal, then tangents.",
         error=ArgumentError,
@@ -129,19 +129,23 @@ def contact_problem(
     for wrong, expected, cure in (
         (np.abs(w - w.T) > GIVEN * size, "a symmetric mobility W", "W = J M⁻¹ Jᵀ is."),
         (diagonal < 0, "a mobility W without negative entries on its diagonal", "W = J M⁻¹ Jᵀ has none."),
-        (diagonal[::d] <= 0, "normals along which a force moves something, W_nn > 0", "Leave the contact out."),
+        (diagonal[::d] <= 0, "normals along which a force accelerates the bodies, W_nn > 0", "Leave the contact out."),
     ):
         _refuse(wrong, expected, cure)
-    sliding_friction = static if kinetic is None else numbers(kinetic, "coefficients μ_k, one a contact", 1, (k,))
-    _refuse(static < 0, "coefficients of friction μ_s ≥ 0", "Give 0 where it is smooth.")
-    _refuse(sliding_friction < 0, "coefficients of friction μ_k ≥ 0", "Give 0 where it is smooth.")
-    _refuse(sliding_friction > static, "μ_k ≤ μ_s", "Exchange them, or give one for both.")
+    sliding_friction = static if kinetic is None else numbers(kinetic, "coefficients μ_k, one per contact", 1, (k,))
+    _refuse(static < 0, "coefficients of friction μ_s ≥ 0", "Give 0 for a frictionless contact.")
+    _refuse(sliding_friction < 0, "coefficients of friction μ_k ≥ 0", "Give 0 for a frictionless contact.")
+    _refuse(sliding_friction > static, "μ_k ≤ μ_s", "Swap them, or give one value for both.")
     t = np.zeros((k, d - 1))
     if sliding is not None:
         t = numbers(sliding, f"directions of slip, {k} × {d - 1} numbers", 2, (k, d - 1))
     length = np.sqrt((t * t).sum(axis=1))
-    size = np.abs(b) if terms is None else numbers(terms, "terms of b, one a row", 1, (d * k,))
-    _refuse(size < np.abs(b) * (1 - DECLARED), "terms of b that are no smaller than b", "Add up their magnitudes.")
+    size = np.abs(b) if terms is None else numbers(terms, "terms of b, one per row", 1, (d * k,))
+    _refuse(
+        size < np.abs(b) * (1 - DECLARED),
+        "terms of b that are no smaller than b",
+        "Give the sum of the magnitudes of the terms.",
+    )
     slides = length > 0
     directions = t / np.where(slides, length, 1.0)[:, None]
     return ContactProblem((w + w.T) / 2, b, size, static, sliding_friction, slides, directions, tuple(names))

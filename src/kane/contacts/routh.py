@@ -172,8 +172,8 @@ def warn_of_gain(energy: float, terms: float, law: Law) -> None:
     """Warns if kinetic energy increases by more than the rounding error of its `terms`."""
     if energy > ROUNDED_CHAIN * terms:
         warn(
-            f"An impact gains {energy:.4g} of kinetic energy: by {law.name.title()}'s law it may where there is friction. "
-            "Take Law.STRONGE, by which it never does."
+            f"An impact increases the kinetic energy by {energy:.4g}, which {law.name.title()}'s law permits with friction. "
+            "Use Law.STRONGE, which never increases it."
         )
 
 
@@ -201,8 +201,8 @@ def _wedged(at: _Course, v: Array) -> _Course:
     """The state at rest of a sticking contact whose v_n no impulse changes; ContactError if v_n is not zero up to rounding."""
     that(
         abs(at.normal) <= EQUAL * np.abs(v).max(),
-        "a velocity that bodies without this slip can have",
-        came=f"v_n = {at.normal:.3g} where W leaves none",
+        "v_n = 0 after the slip stops, as W allows no normal velocity without slip",
+        came=f"v_n = {at.normal:.3g}",
         cure="Take v = J u and W = J M⁻¹ Jᵀ of the same J.",
         error=ContactError,
     )

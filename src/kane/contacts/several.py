@@ -109,7 +109,7 @@ def impacts(
     size = np.full(len(v), np.abs(v).max(initial=0)) if terms is None else terms
     problem = contact_problem(mobility, v, friction, terms=size, names=names)
     given = np.full(problem.count, restitution) if is_number(restitution) else restitution
-    e = numbers(given, "coefficients of restitution, one a contact", 1, (problem.count,))
+    e = numbers(given, "coefficients of restitution, one per contact", 1, (problem.count,))
     that(isinstance(rule, Rule), "a rule: Rule.SEQUENTIAL or SIMULTANEOUS", rule, error=ArgumentError)
     together = rule is Rule.SIMULTANEOUS
     that(

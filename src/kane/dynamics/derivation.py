@@ -70,7 +70,7 @@ def check_reactions_independent(system: System, reactions: Sequence[Expr], matri
     if free is not None:
         culprits = ", ".join(str(r) for r, c in zip(reactions, free, strict=True) if abs(c) > TAKES_PART)
         raise ReactionError(
-            f"Expected reactions that can be told apart, got {culprits}, which the auxiliary equations do not determine. Bring into "
+            f"Expected linearly independent reactions, got {culprits}, which the auxiliary equations do not determine. Bring into "
             "evidence at most three independent directions at one cut."
         )
 
@@ -104,7 +104,7 @@ def check_released(system: System, rows: ConstraintRows) -> None:
     """Raises a ReactionError if there are reactions at cuts and a constraint whose points of application are unknown."""
     cuts = [r for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
     if cuts:
-        check_placed(lambda: f"reactions {', '.join(map(str, cuts))} feel", rows.constraints, "kn.rolling.")
+        check_placed(lambda: f"reactions {', '.join(map(str, cuts))} contain", rows.constraints, "kn.rolling.")
 
 
 def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> None:
@@ -112,9 +112,9 @@ def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> No
     bare = [c.name for c in constraints if not c.placed]
     if bare:
         raise ReactionError(
-            f"Expected constraints that say where their forces act, as the {said(who)} them, got the bare "
-            f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
-            f"kn.distance, kn.perpendicular, kn.no_slip, {last} Multipliers alone are in eom.multipliers."
+            f"Expected constraints with known points of application of their forces, which the {said(who)}, got the plain "
+            f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by points or frames: kn.coincident, "
+            f"kn.distance, kn.perpendicular, kn.no_slip, {last} Their multipliers alone are in eom.multipliers."
         )
 
 
@@ -129,8 +129,8 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
         free = _free_rate(cut, kinematics)
         if free is not ZERO and not all(vanish([free], known=defaults)):
             raise ReactionError(
-                f"Expected the reaction {symbol} along a direction in which the far side is held, got {cut.along} at "
-                f"{cut.at.name}, along which it moves freely with {free}. Choose a direction across the motion."
+                f"Expected the reaction {symbol} along a direction in which the far side of the cut is constrained, got {cut.along} "
+                f"at {cut.at.name}, along which it moves freely with {free}. Choose a direction perpendicular to that motion."
             )
 
 
@@ -414,8 +414,8 @@ def first_partition(parts: Derived) -> Partition | None:
     if strangers:
         names = ", ".join(u.name for u, i in place.items() if i in partition.dependent)
         raise ModelError(
-            f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
-            f"with the others listed. Leave them out to have them chosen, or name others: {names} will do."
+            f"Expected dependent_speeds= that the constraints determine, got {', '.join(strangers)}, which they do not determine "
+            f"together with the others listed. Leave them out to have them chosen, or name others: {names} will do."
         )
     check_determinate(system, rows, found, partition.redundant)
     return partition

@@ -202,7 +202,7 @@ def _check_constant(name: str, frame: Frame, inertia: Dyadic) -> None:
     if varying:
         raise ModelError(
             f"Expected a constant inertia of {name}, got measure numbers that depend on {', '.join(varying)}: their rates would be "
-            f"missing in dH/dt. Write the dyadic along the axes of {frame.name}, and model what moves in it as bodies of their own."
+            f"missing in dH/dt. Write the dyadic along the axes of {frame.name}, and model what moves in it as separate bodies."
         )
 
 

@@ -59,12 +59,12 @@ class TreeInverse:
         """The force g of each joint speed, by number."""
         moving, numbers = rates(self.tree), mode_numbers(self.tree)
         at = outward(self.tree, Driven(self.tree, moving, self.lambdas), Accelerations(NOTHING, self.ground))
-        wrenches = [s.pressing(w.w, w.square, a) for s, w, a in zip(self.tree, moving, at, strict=True)]
+        wrenches = [s.net_wrench(w.w, w.square, a) for s, w, a in zip(self.tree, moving, at, strict=True)]
         on = [ZERO] * len(self.rows)
-        for i, felt in elastic_parts(self.tree, moving).items():
-            known = felt.at(*at[i])
+        for i, inertia in elastic_parts(self.tree, moving).items():
+            known = inertia.at(*at[i])
             values = {b: self.lambdas[k] for b, k in numbers.items()}
-            wrenches[i] = wrenches[i].plus(felt.wrench(at[i], values))
+            wrenches[i] = wrenches[i].plus(inertia.wrench(at[i], values))
             for b, column in known.columns.items():
                 own = sum_of(mul(x, values[other]) for other, x in column.row.items())
                 on[numbers[b]] = add(on[numbers[b]], add(column.force, own))
@@ -74,7 +74,7 @@ class TreeInverse:
     def mass(self) -> Matrix:
         """M of the joint speeds, by number."""
         elastic = elastic_parts(self.tree, rates(self.tree))
-        bodies = with_more([s.body for s in self.tree], {i: to_rigid(felt) for i, felt in elastic.items()})
+        bodies = with_more([s.body for s in self.tree], {i: to_rigid(inertia) for i, inertia in elastic.items()})
         return Matrix(mass_rows(self.tree, Composites(self.tree, bodies), elastic))
 
     def mass_of_speeds(self, derived: Derived) -> Matrix:
@@ -103,11 +103,11 @@ def inverse_at(
 ) -> TreeInverse:
     """The tree at given u̇, without constraints. Unsuited, with the reason, if the system is not a tree of joint speeds."""
     if holds_reactions(derived):
-        raise Unsuited("loads that hold reactions")
+        raise Unsuited("loads that contain reactions")
     carried = carrying(derived, shared=elastic)
     tree = carried.tree(balanced=balanced).segments
     if dof_count(tree) != len(derived.speeds):
-        raise Unsuited("speeds that are not those of the joints")
+        raise Unsuited("speeds other than those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
     rows = rows_of(tree)
     lambdas = [sum_of(mul(c, changed(s, value, derived.kinematics)) for s, c in row.items()) for row in rows]

@@ -82,7 +82,7 @@ class LazyMapping(Mapping[K, V]):
             names = [*map(_label, self._keys)]
             if found:
                 raise ValueMissingError(
-                    f"Expected one of {', '.join(names)}, got {_label(key)} more than once, by that name. Give the key itself."
+                    f"Expected one of {', '.join(names)}, got {_label(key)}, the name of {len(found)} of them. Give the key itself."
                 )
             raise ValueMissingError(
                 f"Expected one of {', '.join(names)}, got {_label(key)}.{alike(_label(key), names)}"

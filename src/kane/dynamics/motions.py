@@ -149,7 +149,7 @@ class Motions(Immutable):
         turned = read_off(self._frame(in_))
         if origin is None:
             raise SpaceError(
-                f"Expected a point fixed in {in_.name} to see {point.name} from, got none. Name it: origin=Q."
+                f"Expected a point fixed in {in_.name} as origin for the motion of {point.name}, got none. Pass it: origin=Q."
             )
         carried = turned.cross(point.position(origin))
         return own - read_off(self._point(origin)) - carried
@@ -173,7 +173,7 @@ class Motions(Immutable):
         if strange:
             own, others = (", ".join(map(str, qs)) for qs in (self.coordinates, strange))
             raise SpeedsError(
-                f"Expected a place that depends on {own}, got {item.name}, which depends on {others}. "
+                f"Expected a point or frame that depends on {own}, got {item.name}, which depends on {others}. "
                 f"Define a speed for each, or list it: kn.motions({self.derived.system.inertial.name}, …, of=[{item.name}])."
             )
 

@@ -77,7 +77,7 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
         others = [] if fixed else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: round(min((_determined(b, d, sizes) for b in usual), default=0.0), 9))
-        if not any(_determined(b, best, sizes) > NEAR_SINGULAR and told() for b, told in poles):
+        if not any(_determined(b, best, sizes) > NEAR_SINGULAR and accurate() for b, accurate in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)
 
@@ -108,7 +108,7 @@ class RateRows:
             numbers = spread(evaluate(self.exprs, {**values, **self.unit}), (count, n + 1)).swapaxes(0, 1)
         return np.asarray(numbers[..., :n] - numbers[..., n:])
 
-    def told(self, values: Mapping[Expr, Any], every: Array) -> Mask:
+    def are_accurate(self, values: Mapping[Expr, Any], every: Array) -> Mask:
         """Whether `every`, the result of `at`, is accurate enough (count) to decide if speeds are determined.
 
         It is not for a wheel flat on the road, for instance, which has no lowest point: its row is 0/0 up to rounding.
@@ -208,11 +208,11 @@ class _Configurations:
         places = np.array(closed).reshape(-1, len(q), 1)
         there = values | {x: places[:, k] for k, x in enumerate(q)}
         every = self.rows.at(there, len(places))
-        told = cache(lambda: self.rows.told(there, every).tolist())
+        accurate = cache(lambda: self.rows.are_accurate(there, every).tolist())
         for k, both in enumerate(every):
             b = self.rows.admitted(both)
             if b is not None:
-                yield b, partial(lambda k: bool(told()[k]), k)
+                yield b, partial(lambda k: bool(accurate()[k]), k)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Random configurations or, with a pivot, those at which it is smallest; empty if it is nowhere small."""
@@ -243,12 +243,12 @@ SINGULAR = "singular kinematics"
 _LARGEST_WATCHED = 3
 
 _STOPS_SLIPPING = (
-    "the slip speed of the {0} fell below {1}: {2} sets in, and the direction that the load takes from the slip "
-    "is lost. The sliding model ends here; with smooth= the friction goes on, and creeps"
+    "the slip speed of the {0} fell below {1}: {2} sets in, and the direction of the load, given by the slip, is "
+    "undefined. The sliding model ends here; friction with smooth= continues, with creep"
 )
 _OPENS = (
-    "the {0} takes its size from {1}, which must press: at {1} = 0 the contact opens, and the model ends here. If it presses where it "
-    "is negative, declare it along the opposite direction"
+    "the magnitude of the {0} follows from {1}, which must be compressive: at {1} = 0 the contact opens, and the model ends here. If "
+    "negative values are compressive, declare the reaction along the opposite direction"
 )
 _HAS_NO_RATES = (
     "W of q' = W u + X divides by {}, which vanishes here. Choose coordinates that are regular along this motion (another sequence of "

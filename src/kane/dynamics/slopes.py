@@ -22,7 +22,7 @@ from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
 from kane.progress import collecting_seldom
-from kane.tree.tangents import HeldFunction, tangents, total
+from kane.tree.tangents import TracedFunction, tangents, total
 
 _SHORT = 30_000
 """Operations times columns up to which trees are differentiated as they stand, too, and the shorter form is taken."""
@@ -102,7 +102,7 @@ def acceleration_slopes(
         found = resolved(zip(inverse.rows, lambdas, strict=True), derived.kinematics)
         return tuple(found[u] for u in derived.speeds)
 
-    last = HeldFunction(speeds_by, inverse.lambdas)
+    last = TracedFunction(speeds_by, inverse.lambdas)
     columns = []
     for x, change in zip(symbols, _solved(inverse, g, symbols), strict=True):
         both = [None if change is None else last.along(change), last.slope(x)]
@@ -164,8 +164,8 @@ def closed_slopes(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Ex
     left = [substituted(x, held, memo) for x in residual(d)]
     every = e.multipliers([left[i] for i in e.partition.dependent])
     drift = [d.constraints.drift[r] for r in rows]
-    pull = HeldFunction(lambda *x: a.T @ x, [every[r] for r in rows])
-    pace = HeldFunction(lambda *x: tuple(map(add, a @ x, drift)), solved.accelerations)
+    pull = TracedFunction(lambda *x: a.T @ x, [every[r] for r in rows])
+    pace = TracedFunction(lambda *x: tuple(map(add, a @ x, drift)), solved.accelerations)
     solver = _Solver(mass_matrix(d), a)
     columns: list[Sequence[Expr]] = []
     for column, x in zip(by_x.T, symbols, strict=True):
@@ -180,14 +180,14 @@ class _Solver:
 
     def __init__(self, mass: Matrix, a: Matrix) -> None:
         self.factors = ldl(mass.rows, sparse_order(mass.rows))
-        self.pressed = list(map(self.factors.forward, a))
-        self.shares = list(map(self.factors.over, self.pressed))
-        self.block = ldl([[dot(x, y) for y in self.shares] for x in self.pressed])
+        self.forwarded = list(map(self.factors.forward, a))
+        self.shares = list(map(self.factors.over, self.forwarded))
+        self.block = ldl([[dot(x, y) for y in self.shares] for x in self.forwarded])
 
     def __call__(self, b: Sequence[Expr], c: Sequence[Expr]) -> Sequence[Expr]:
         if all(x is ZERO for x in (*b, *c)):
             return [ZERO] * len(b)
         y = self.factors.forward(b)
         multipliers = self.block.solve([sub(x, dot(share, y)) for x, share in zip(c, self.shares, strict=True)])
-        columns = zip(*self.pressed, strict=True)
+        columns = zip(*self.forwarded, strict=True)
         return self.factors.finish([add(v, dot(multipliers, own)) for v, own in zip(y, columns, strict=True)])

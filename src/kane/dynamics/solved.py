@@ -101,11 +101,11 @@ class Solved(Immutable):
     )
     shown = read[tuple[Exprs, Exprs]](
         lambda s: (joined(s.accelerations), joined(s.reactions)),
-        "u̇ and the reactions as each reads by itself; in the right-hand side they share more.",
+        "u̇ and the reactions, each written on its own; in the right-hand side they share more.",
     )
     price = read[int](
         lambda s: price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions)),
-        "What routes are compared by: operations of q̇, u̇ and the reactions.",
+        "Operations of q̇, u̇ and the reactions, by which routes are compared.",
     )
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),

@@ -43,9 +43,9 @@ def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:
         if (apart & here).any():
             place = f" at {first_index(apart & here)}" if apart.ndim else ""
             raise CornerError(
-                f"Expected a state at which the equations have one derivative, got a corner{place}: "
-                f"{cut(str(switch.nodes[0]), 80)} turns at {cut(str(switch.quantity))} = 0. Take a state beside it; "
-                "kn.linearize(eom, …, side=…) takes the derivative of one side."
+                f"Expected a state at which the equations are differentiable, got a corner{place}: "
+                f"{cut(str(switch.nodes[0]), 80)} switches at {cut(str(switch.quantity))} = 0. Use a nearby state, or the "
+                "derivative on one side, kn.linearize(eom, …, side=…)."
             )
     return result
 

@@ -79,8 +79,8 @@ def touching(eom: Equations) -> Derived:
     d = derived(in_touch(eom.system), eom.derived.near)
     if any(x is not ZERO for x in d.blocks.coupling.entries):
         raise ModelError(
-            "Expected loads without reactions beside contacts, whose modes are chosen by them, got one that holds a reaction. Declare "
-            "friction as a contact: kn.contact(…), kn.joints.stiction(…)."
+            "Expected loads without reactions in a system with contacts, whose modes depend on the reactions, got one that contains a "
+            "reaction. Declare friction as a contact: kn.contact(…), kn.joints.stiction(…)."
         )
     return d
 
@@ -257,10 +257,10 @@ class ContactsAtState:
             w, terms = self.mobility[d * i, d * i], self.mobility_terms[own]
             if self.layout.places[i][0] is not None and w <= max(ROUNDED_SUM * terms[0], ROUNDED * terms.max()):
                 raise SimulationError(
-                    f"Expected a contact along whose normal a force moves its bodies, got {self.layout.contacts[i].name!r}, whose gap "
-                    f"does not move here to first order (W_nn = {w:.3g} beside terms of {terms.max():.3g}): what else holds the "
-                    "bodies holds it, too, or the place is a dead centre. Leave the contact out, give its normal another direction, "
-                    "or begin elsewhere."
+                    f"Expected a contact whose normal force accelerates its bodies, got {self.layout.contacts[i].name!r}, whose gap "
+                    f"cannot change here to first order (W_nn = {w:.3g} beside terms of {terms.max():.3g}): other constraints fix it, "
+                    "or the configuration is a dead centre. Leave the contact out, give its normal another direction, or start "
+                    "elsewhere."
                 )
 
     def choose(
@@ -283,7 +283,8 @@ class ContactsAtState:
             pressing = found
         names = ", ".join(self.layout.contacts[i].name for i in by)
         raise SimulationError(
-            f"Expected couples of {names} that agree with the normal force that they change, found none."
+            f"Expected resisting couples of {names} consistent with the normal forces, which they affect, got none in "
+            f"{_ROUNDS} iterations."
         )
 
     def held(self, closed: Sequence[int], stuck: Sequence[int], slips: Array | None = None) -> Array:
@@ -409,8 +410,8 @@ def _check_stands(touch: ContactsAtState, i: int, following: Sequence[_Follows])
     c = contacts[i]
     if not others:
         raise SimulationError(
-            f"Expected a contact whose normal force and friction rigid bodies tell apart, got {c.name!r}, which cannot slip but by "
-            "opening: its friction may jam it, and by how much depends on what yields. Give that a stiffness, or the contact mu=0"
+            f"Expected a contact with uniquely determined normal force and friction, got {c.name!r}, which cannot slip without "
+            "opening: friction may jam it, with forces that depend on compliance. Model that by a stiffness, or give the contact mu=0"
         )
     if c.between is None or any(contacts[n].between != c.between for n in others):
         raise undetermined(c, *(contacts[n] for n in sorted(others)))
@@ -420,8 +421,8 @@ def undetermined(*contacts: ContactLaw) -> SimulationError:
     """The error for contacts whose forces rigid bodies leave undetermined."""
     names = ", ".join(repr(c.name) for c in contacts)
     return SimulationError(
-        f"Expected contacts whose forces rigid bodies determine, got {names}, whose rows follow from those of others. Leave one "
-        "out, or give what yields a stiffness"
+        f"Expected contacts with uniquely determined forces between rigid bodies, got {names}, whose conditions follow from those "
+        "of other contacts. Leave one out, or model the compliance by a stiffness"
     )
 
 

@@ -149,7 +149,7 @@ def _replaced(kind: str, old: Any, new: Any) -> Any:
         if _has_length(old) and len(new) >= len(old):
             return new
         raise ValueMissingError(
-            f"Expected {kind} of the state by name, of which some are to be replaced, got {cut(repr(old))}. Give all of them anew, "
+            f"Expected a state with {kind} given by name to replace some of them, got {cut(repr(old))}. Give all of them, "
             f"{kind}=[…], or a state by names."
         )
     if not all(isinstance(key, Symbol) for key in old):

@@ -112,9 +112,9 @@ def doubt_partial(what: object, parts: Callable[[], Iterable[Expr]], by: Expr) -
     held = [s for s in postorder(parts()) if isinstance(s, Symbol) and not isinstance(s, Parameter | Reaction)]
     if held and by not in set(held):
         warn(
-            f"Expected an expression that holds {by} to differentiate partially by it, got {cut(what)}: the derivative is zero, "
-            f"though {cut(', '.join(map(str, held)))} may move. Along a motion it is kn.time_derivative(e), of a symbol q.dt, "
-            "of a vector v.dt(frame)."
+            f"Expected an expression that contains {by} for the partial derivative with respect to it, got {cut(what)}: that is "
+            f"zero, although {cut(', '.join(map(str, held)))} may vary. Use kn.time_derivative(e) for the derivative along a motion, "
+            "q.dt for that of a symbol, v.dt(frame) for that of a vector."
         )
 
 

@@ -389,7 +389,7 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> Symbols[Symbol]:
     """The symbols that occur in one or several expressions, in the order of their first appearance."""
     seen: set[Expr] = set()
     found: list[Symbol] = []
-    waiting = [roots] if isinstance(roots, Expr) else list(as_exprs("what holds symbols", roots))[::-1]
+    waiting = [roots] if isinstance(roots, Expr) else list(as_exprs("the argument", roots))[::-1]
     while waiting:
         node = waiting.pop()
         while node not in seen:  # down along first arguments
@@ -447,7 +447,7 @@ _CONSTANT, _PARAMETER, _STATE = range(3)
 
 def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
     """Number of operations of one evaluation of all `roots` together; a shared subexpression counts once."""
-    wanted = [roots] if isinstance(roots, Expr) else as_exprs("what is counted", roots)
+    wanted = [roots] if isinstance(roots, Expr) else as_exprs("the argument", roots)
     tier: dict[Expr, int] = {}
     totals = [0, 0, 0]
     kinds: Counter[str] = Counter()

@@ -99,9 +99,8 @@ class Expr(Blank, Attributes):
         value = constant_value(self)
         if value is None:
             raise ExpressionError(
-                f"Expected a number, got the expression {cut(self, 80)}. In equations take functions that know "
-                "expressions, kn.sin for "
-                "math.sin; for numbers give its symbols values with kn.evaluate(...)."
+                f"Expected a number, got the expression {cut(self, 80)}. In equations use functions of "
+                "expressions, kn.sin for math.sin; for numbers give its symbols values with kn.evaluate(...)."
             )
         return float(value)
 

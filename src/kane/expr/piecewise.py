@@ -501,8 +501,8 @@ def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:
     if (np.diff(places) <= 0).any():
         k = int(np.argmax(np.diff(places) <= 0))
         raise ExpressionError(
-            f"Expected increasing places of a table, got {places[k + 1]:g} after {places[k]:g}. Sort the points; where the value "
-            "jumps, take kind='steps', or join the two values over a short stretch."
+            f"Expected increasing points x of a table, got {places[k + 1]:g} after {places[k]:g}. Sort the points; where the value "
+            "jumps, take kind='steps', or join the two values over a short interval."
         )
     expected = f"a periodic table to end at the value that it begins with, {values[0]:g}"
     closed, cure = kind != "periodic" or values[0] == values[-1], "Close it by a last point one period after the first."

@@ -254,7 +254,7 @@ def _several(kind: type[S], text: str | Iterable[str], default: Any, unit: str, 
         except UnitError as error:
             both = f"{' '.join(names(text))} {unit}"
             raise UnitError(
-                f"{error} If {unit!r} is another name: one text holds all, {kind.__name__.lower()}s({both!r})."
+                f"{error} If {unit!r} is another name, give all names in one text, {kind.__name__.lower()}s({both!r})."
             ) from None
     listed = names(text)
     each = isinstance(default, Iterable) and not isinstance(default, str | Expr)

@@ -65,7 +65,7 @@ def independent_rows(numbers: Array) -> list[int]:
         ranks = {int(_rank(numbers[[*kept, i], :, k])) for k in range(numbers.shape[2])}
         if len(ranks) != 1:
             raise ModelError(
-                "Expected kinematical equations of one rank at all configurations, got some that are singular at random ones."
+                "Expected kinematical equations of one rank at all configurations, got a singular matrix at random ones."
             )
         if ranks.pop() == len(kept) + 1:
             kept.append(i)

@@ -18,11 +18,11 @@ from kane.model.system import System
 Kind = Literal["read", "inferred", "changed", "ignored", "refused", "checked"]
 KINDS: Mapping[str, str] = MappingProxyType(
     {
-        "read": "taken over as it stands",
-        "inferred": "not said in the source, concluded from the rest",
-        "changed": "said in another way than in the source",
-        "ignored": "not taken over, as it is no mechanics or counts for nothing",
-        "refused": "not taken over, as there is no counterpart",
+        "read": "imported unchanged",
+        "inferred": "not stated in the source, inferred from the rest",
+        "changed": "represented differently than in the source",
+        "ignored": "not imported, as it is not mechanics or has no effect",
+        "refused": "not imported, as kane has no counterpart",
         "checked": "compared with the source",
     }
 )

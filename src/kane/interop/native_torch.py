@@ -76,7 +76,7 @@ def _run(torch: Any, program: Program) -> Callable[..., Any]:
         away = next((v.device for v in vectors if v.device.type != "cpu"), None)
         if away is not None:
             raise ArgumentError(
-                f"Expected tensors on the processor for machine code, got one on {away}. Leave native=True out there."
+                f"Expected CPU tensors for machine code, got one on {away}. Leave native=True out for that device."
             )
         arrays = [v.detach().numpy() for v in vectors]
         values = [a[..., 0][()] if port.scalar else a for port, a in zip(ports, arrays, strict=True)]

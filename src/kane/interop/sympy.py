@@ -112,7 +112,7 @@ def _refuse_namesakes(order: Sequence[Expr]) -> None:
             kinds = type(named[node.name]).__name__, type(node).__name__
             raise ExpressionError(
                 f"Expected one symbol for each name, got two different ones called {node.name!r} "
-                f"({' and '.join(kinds)}): SymPy would take them for the same. Give one of them another name."
+                f"({' and '.join(kinds)}): SymPy would identify them. Give one of them another name."
             )
 
 

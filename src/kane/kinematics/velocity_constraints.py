@@ -188,7 +188,7 @@ def constraint_rows(
         # identically satisfied, as in a plane loop closed in space: redundant, not an error
         if not (c.placed and form.rest is ZERO and all(vanish([c.expr], sets))):
             raise ModelError(
-                f"Expected the constraint {c.name!r} to restrict the motion, got {cut(c.expr)}, whose rate holds no speed."
+                f"Expected the constraint {c.name!r} to restrict the motion, got {cut(c.expr)}, whose rate contains no speed."
             )
     released = {a: constraint_of(a) for a in auxiliary}
     return ConstraintRows(
@@ -290,9 +290,9 @@ def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics
     wanted = float(sample.numbers([rate])[0])
     if abs(power - wanted) > GIVEN * max(map(float, sample.numbers([size(total, memo), size(rate, memo)]))):
         raise ModelError(
-            f"Expected the rate of the configuration constraint {constraint.name!r} from the velocities of what it holds, got "
-            f"{wanted:.6g} for the rate and {power:.6g} from the velocities at a random state: the place of {wandering[0].name} in "
-            f"its body changes. Hold a geometric point, made with .at(…), or list kn.no_slip(…) in nonholonomic=."
+            f"Expected the rate of the configuration constraint {constraint.name!r} to follow from the velocities of its points, got "
+            f"{wanted:.6g} for the rate and {power:.6g} from the velocities at a random state: the position of {wandering[0].name} in "
+            f"its body changes. Constrain a geometric point, made with .at(…), or list kn.no_slip(…) in nonholonomic=."
         )
 
 
@@ -314,7 +314,7 @@ def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
     except NotAffineError as error:
         raise ModelError(
             f"Expected the motion constraint {constraint.name!r} affine in the speeds, A u + b = 0, got {cut(e, 120)}. {error} "
-            "Choose coordinates in which it is affine (a heading, along which v·n = 0, in the place of a condition on |v|), or hold "
-            "it nearly by loads against its gradient, −c f ∂f/∂u with a large c."
+            "Choose coordinates in which it is affine (a heading with v·n = 0 across it, in place of a condition on |v|), or enforce "
+            "it approximately by loads against its gradient, −c f ∂f/∂u with a large c."
         ) from error
     return ScalarForm(row, rest)

@@ -106,9 +106,9 @@ def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:
 
 
 def _check_center(name: str, point: Any) -> None:
-    expect.instance(point, Point, f"a Point as the place of {name}")
+    expect.instance(point, Point, f"a Point as the position of {name}")
     if point.body is not None:
-        came = f"{point.name}, the particle of {point.body.name} that is there now"
+        came = f"{point.name}, the particle of {point.body.name} at that position"
         raise expect.refusal(ModelError, f"a geometric point for {name}", came, "Make the point with at(...).")
 
 
@@ -198,7 +198,7 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     offset = center.position(point).express(frame)
     moving = (s for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter))
     expected = f"the inertia of {name} about a point fixed in {frame.name}"
-    came = f"one about {point.name}, whose place depends on {{}}"
+    came = f"one about {point.name}, whose position in the frame depends on {{}}"
     cure = f"Give it about a point that moves with the body, or about the mass centre {center.name}."
     expect.none(moving, expected, came, cure)
     return central_inertia(dyadic, mass, offset)
@@ -214,8 +214,8 @@ def check_mass(name: str, mass: Expr) -> None:
     With a varying mass, the momentum of the mass that leaves or joins would be missing.
     """
     varying = (s for s in free_symbols([mass]) if not isinstance(s, Parameter))
-    came = "one with {} in it: the momentum that leaves or joins, ṁ v, would be missing"
-    cure = "Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
+    came = "one that depends on {}: the momentum of the mass that leaves or joins, ṁ v, would be missing"
+    cure = "Model moving masses as separate bodies, and expelled mass as the force that it exerts."
     expect.none(varying, f"a constant mass of {name}", came, cure)
     value = default_of(mass)
     if value is not None and value < 0:
@@ -291,8 +291,8 @@ def check_turning(inertial: Basis, bodies: Iterable[Body]) -> None:
     turning = [x.name for x in parts if x.frame and x.inertia and _turns_off_its_axis(inertial, x.frame, x.inertia)]
     if turning:
         warn(
-            f"Expected moments of inertia about all axes for {', '.join(turning)}, got one about a single axis, of what turns about "
-            "others too: no body has it. Give all three principal moments."
+            f"Expected moments of inertia about all axes for {', '.join(turning)}, got one about a single axis although they turn "
+            "about others too: no body has such an inertia. Give all three principal moments."
         )
 
 

@@ -170,8 +170,8 @@ def _check_rides(what: str, p: Point) -> None:
         both = [str(s) for s in free_symbols(r) if isinstance(s, Coordinate) and s in turns]
         if both:
             raise ModelError(
-                f"Expected points of bodies to {what}, got {p.name}, which wanders in {f.name} as {', '.join(both)} turns it. Take "
-                f"the particle that is there now: {p.parent.name if p.parent else 'P'}.fixed_in({f.name}, …)."
+                f"Expected points of bodies to {what}, got {p.name}, which moves in {f.name} as {', '.join(both)} turns it. Use "
+                f"the particle of the body at that position: {p.parent.name if p.parent else 'P'}.fixed_in({f.name}, …)."
             )
 
 
@@ -216,14 +216,14 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
 
     The length may depend on parameters, inputs and time, not on coordinates.
     """
-    _points("hold at a distance", p, q)
+    _points("keep at a distance", p, q)
     r, size = p.position(q), as_expr(length)
     given = default_of(size)
     expect.that(given is None or given > 0, f"a length of {p.name} {q.name} above zero", came=f"{given}")
     moving = (s for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None)
     expected = f"a length of {p.name} {q.name} in parameters, inputs and time"
     came, cure = (
-        "{} in it: what then changes the length would feel the rod",
+        "{} in it: the rod would also act on what changes its length",
         "Use kn.configuration_constraint(name, f).",
     )
     expect.none(moving, expected, came, cure)
@@ -334,10 +334,10 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
     expect.instance(place, Frame if at is None else Point, expected, error=ReactionError)
     if place.parent is None:
         raise ReactionError(
-            f"Expected a place of {kind} {name!r} that has a near side, got {place!r}, which is a root. Make the cut explicit: "
-            f"{place.name}.{'at' if at is not None else 'rotate'}(…)."
+            f"Expected a point or frame of {kind} {name!r} that has a near side, got {place!r}, which is a root. Make the cut "
+            f"explicit: {place.name}.{'at' if at is not None else 'rotate'}(…)."
         )
-    geometric, came = getattr(place, "body", None) is None, f"{place.name}, a particle: nothing is reached through it"
+    geometric, came = getattr(place, "body", None) is None, f"{place.name}, a particle of a body, which has no far side"
     expect.that(geometric, f"a geometric point for {kind} {name!r}", came=came, error=ReactionError)
     expected = f"along=unit vector for {kind} {name!r}"
     if not isinstance(along, Vector) or along.is_zero:
@@ -368,7 +368,7 @@ def reaction(
     if constraint is not None:
         other: object = constraint
         alone = isinstance(other, Constraint) and all(x is None for x in (at, frame, along))
-        expected = f"constraint=one Constraint, and no other place, for the reaction {name!r}"
+        expected = f"constraint=one Constraint, and neither at= nor frame=, for the reaction {name!r}"
         expect.that(alone, expected, other, error=ReactionError)
         return Reaction.declare(name, None, unit or constraint.unit, "", constraint)
     if at is None and frame is None and along is None:

@@ -328,12 +328,14 @@ def check_numbers(
     """Raises unless 0 ≤ μ_k ≤ μ_s and 0 ≤ e ≤ 1; None is an unknown value."""
     for what, value in (("a size" if sized else "mu = μ_k", kinetic), ("static = μ_s", static)):
         right = value is None or value >= 0
-        expect.that(right, f"{what} ≥ 0 of the contact {name!r}", came=f"{value}", cure="Give 0 where it is smooth.")
+        expect.that(
+            right, f"{what} ≥ 0 of the contact {name!r}", came=f"{value}", cure="Give 0 for a frictionless contact."
+        )
     ordered = static is None or kinetic is None or kinetic <= static
-    cure = "Exchange them, or give mu= alone for both."
+    cure = "Swap them, or give mu= alone for both."
     expect.that(ordered, f"μ_k ≤ μ_s of the contact {name!r}", came=f"μ_k = {kinetic} and μ_s = {static}", cure=cure)
     right = e is None or 0 <= e <= 1
-    cure = "0 is an impact without rebound, 1 one without loss."
+    cure = "Give 0 for an impact without rebound, 1 for one without loss."
     expect.that(right, f"a restitution from 0 to 1 of the contact {name!r}", came=f"{e}", cure=cure)
 
 
@@ -368,8 +370,8 @@ def contact(
     ModelError
         if 0 ≤ μ_k ≤ μ_s or 0 ≤ e ≤ 1 does not hold, or if the gap does not depend on coordinates and `normal` is not given
     """
-    cure = "Make one with kn.joints.point_on_plane, sphere_on_plane, …; what has a law already goes into contacts=[…] as it is."
-    expect.instance(at, Contact, "a place of contact", cure)
+    cure = "Make one with kn.joints.point_on_plane, sphere_on_plane, …, or list what has a law already in contacts=[…] directly."
+    expect.instance(at, Contact, "the geometry of a contact", cure)
     label = name or at.name
     moves = any(isinstance(s, Coordinate | Rate) for s in free_symbols([at.height.expr]))
     if normal is None and not moves:
@@ -377,11 +379,11 @@ def contact(
         why = (
             "these bodies never touch. Leave the contact out"
             if apart
-            else "they keep it closed, and nothing tells what presses. Bring the normal force into evidence and give it: "
+            else "they keep it closed, so that the normal force is unknown. Bring it into evidence and pass it: "
             "normal=kn.reaction(name, at=…, along=…)"
         )
         raise ModelError(
-            f"Expected a gap of the contact {label!r} that coordinates change, got {at.height.expr}: {why}."
+            f"Expected a gap of the contact {label!r} that depends on coordinates, got {at.height.expr}: {why}."
         )
     gap = None if normal is not None else at.height
     return replace(_law(label, gap, at.rolling, normal, Friction(mu, static, viscous), restitution, law), place=at)
@@ -427,10 +429,10 @@ def drilling_resistance(
 
 
 def _pressing(by: ContactLaw) -> Contact:
-    expect.instance(by, ContactLaw, "a contact that presses", "Make one with kn.contact(…).")
+    expect.instance(by, ContactLaw, "a contact with a normal force", "Make one with kn.contact(…).")
     place = by.place
     if place is None:
-        raise ModelError(f"Expected a contact of kn.contact(…), which presses at a place, got {by.name!r}.")
+        raise ModelError(f"Expected a contact of kn.contact(…), which has a normal force at a point, got {by.name!r}.")
     return place
 
 
@@ -557,8 +559,8 @@ def _rope_row(name: str, through: Sequence[Point], length: Any) -> Constraint:
 
 def _check_moves(name: str, gap: Expr) -> None:
     moving = any(isinstance(s, Coordinate) for s in free_symbols([gap]))
-    cure = "Write what must stay at or above zero, as x_max - x."
-    expect.that(moving, f"a gap of {name!r} that coordinates change", came=str(gap), cure=cure)
+    cure = "Give an expression that must stay at or above zero, such as x_max - x."
+    expect.that(moving, f"a gap of {name!r} that depends on coordinates", came=str(gap), cure=cure)
 
 
 def stiction(
@@ -627,13 +629,13 @@ def contact_rows(contacts: Sequence[ContactLaw]) -> list[Constraint]:
             continue
         if c.gap.expr in gaps:
             raise ModelError(
-                f"Expected contacts at different places, got {gaps[c.gap.expr]!r} and {c.name!r} with one gap. Leave one out."
+                f"Expected contacts at different points, got {gaps[c.gap.expr]!r} and {c.name!r} with the same gap. Leave one out."
             )
         gaps[c.gap.expr] = c.name
     law_of(contacts)
     for c in contacts:
         missing = c.pressed_by is not None and c.pressed_by not in contacts
-        expect.that(not missing, f"the contact that presses {c.name!r} listed, too", c.pressed_by)
+        expect.that(not missing, f"the contact whose normal force {c.name!r} depends on listed, too", c.pressed_by)
     return [row for c in contacts for row in c.rows]
 
 
@@ -649,7 +651,7 @@ def law_of(contacts: Sequence[ContactLaw]) -> str:
     if len(laws) > 1:
         told = " and ".join(f"law={law!r} of {name!r}" for law, name in laws.items())
         raise ModelError(
-            f"Expected one law of restitution for all contacts, got {told}. Give law= alike: impacts may meet."
+            f"Expected one law of restitution for all contacts, got {told}. Give all the same law=, as impacts may coincide."
         )
     return next(iter(laws), LAWS[0])
 

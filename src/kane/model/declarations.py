@@ -98,7 +98,7 @@ def ordered_coordinates(
     )
     absent = [q for q in seen if q not in set(listed)]
     if absent or len(listed) != len(seen):
-        cure = f"Add {_names(absent)}" if absent else "List none twice"
+        cure = f"Add {_names(absent)}" if absent else "List each only once"
         raise ModelError(f"Expected coordinates= to list each of {_names(seen)} once, got {_names(listed)}. {cure}.")
     return listed
 
@@ -396,12 +396,12 @@ def as_action(who: str, then: Any) -> Any:
     """
     if then is None or (callable(then) and not isinstance(then, Expr | Mapping)):
         return then
-    expect.that(isinstance(then, Mapping) and then, f"then= of {who} to say what changes", then, _FORM)
+    expect.that(isinstance(then, Mapping) and then, f"then= of {who} to give new values", then, _FORM)
     made: dict[Any, Any] = {}
     for key, value in then.items():
         expected = f"then= of {who} to set coordinates, speeds, states, parameters or inputs"
         if isinstance(key, Rate):
-            raise ModelError(f"Expected {expected}, got the rate {key}. Set the speed that it is made of.")
+            raise ModelError(f"Expected {expected}, got the rate {key}. Set the speed instead.")
         expect.instance(key, (str, *SETTABLE), expected, _FORM)
         number = isinstance(value, Expr | int | float) and not isinstance(value, bool)
         right = number or isinstance(key, Input | str)
@@ -442,7 +442,7 @@ def check_actions(system: Any) -> None:
         if not moving:
             came = f"{cut(event.quantity)}, which is constant: it crosses no threshold"
             raise expect.refusal(
-                ModelError, expected, came, "Watch an expression of coordinates, speeds, reactions or time."
+                ModelError, expected, came, "Give an expression of coordinates, speeds, reactions or time."
             )
         if not isinstance(event.then, Mapping):
             continue
@@ -496,8 +496,8 @@ def frames_and_points(
         _enter(place, inertial, needed)
     points = tuple(x for x in needed if isinstance(x, Point))
     roots = sorted(p.name for p in points if p.parent is None)
-    cure = "Reach one from the other."
-    expect.that(len(roots) <= 1, "points reached from one fixed point", came=", ".join(roots), cure=cure)
+    cure = "Place one from the other with at(…)."
+    expect.that(len(roots) <= 1, "points that are placed from one fixed point", came=", ".join(roots), cure=cure)
     return tuple(x for x in needed if isinstance(x, Frame)), points
 
 
@@ -536,7 +536,7 @@ def _enter(place: Frame | Point, inertial: Frame, needed: dict[Frame | Point, No
         return
     if root is not None and root.frame is not inertial:
         raise ModelError(
-            f"Expected points reached from one fixed in {inertial.name}, got {place.name}, whose root {root.name} is fixed in "
+            f"Expected points that are placed from one fixed in {inertial.name}, got {place.name}, whose root {root.name} is fixed in "
             f"{root.frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
         )
     for p in reversed(line):

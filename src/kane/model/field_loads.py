@@ -49,7 +49,7 @@ def gravitation(one: Body, other: Body, constant: Any, name: str = "") -> Load:
     (a,), (b,) = (_single(x) for x in (one, other))
     g, r = as_expr(constant), b.mass_center.position(a.mass_center).gathered()
     if r.is_zero:
-        raise ModelError(f"Expected two bodies apart from each other, got {a.name} and {b.name} at one place.")
+        raise ModelError(f"Expected two bodies apart from each other, got {a.name} and {b.name} at the same point.")
     square = r.dot(r)
     cube = square * r.magnitude()
     force = r * (-(g * a.mass * b.mass) / cube)
@@ -116,7 +116,7 @@ def quadratic_drag(point: Point, coefficient: Any, medium: Vector | None = None,
 
 
 def _drag(point: Point, medium: Vector | None, name: str, law: Any) -> Load:
-    _check_point(point, "place of drag")
+    _check_point(point, "point of drag")
     v = point.velocity(point.root().frame)
     if medium is not None:
         v = v - expect.instance(medium, Vector, "the velocity of the medium as a Vector", "Give it a direction: w*N.x.")

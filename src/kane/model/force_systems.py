@@ -158,7 +158,7 @@ def force_system(loads: Any, *, bodies: Any = ()) -> ForceSystem:
             expect.that(parts, "bodies on which gravity acts", came="none", cure=cure)
             forces += [(p.mass_center, x.acceleration * p.mass) for p in parts]
         elif isinstance(x, Load):
-            came = f"{x.name!r}, which is given by a function alone"
+            came = f"{x.name!r}, which is given by a scalar function only"
             expect.that(x.forces or x.torques, "loads of forces and torques", came=came)
             forces += x.forces
             torques += [t for _, t in x.torques]

@@ -73,7 +73,7 @@ class Load(Immutable):
         potential = as_expr(V)
         found = [s for s in free_symbols([potential]) if isinstance(s, _MOVING) and input_of(s) is None]
         expected = "a potential energy of coordinates, parameters and time"
-        cure = "What holds rates or speeds is no potential: Load.from_dissipation(R) takes a function of these."
+        cure = "Use Load.from_dissipation(R) for a function of rates or speeds."
         expect.that(not found, expected, came=lambda: f"{cut(potential)} with {found[0]}", cure=cure)
         return Load(name, potential=potential, scalar=potential)
 
@@ -97,7 +97,7 @@ class Load(Immutable):
         moving = any(isinstance(s, QuasiRate | Speed) or isinstance(getattr(s, "place", None), Coordinate) for s in own)
         cure = "Write it by rates, as in c*q.dt**2/2; a function of coordinates alone is a potential: Load.from_potential(V)."
         expected = "a dissipation function of rates or speeds"
-        expect.that(moving, expected, came=lambda: f"{cut(function)}, which holds none", cure=cure)
+        expect.that(moving, expected, came=lambda: f"{cut(function)}, which contains none", cure=cure)
         alone, cure = not any(isinstance(s, Reaction) for s in own), "Declare friction with kn.friction."
         expect.that(alone, "a dissipation function without reactions", function, cure)
         return Load(name, scalar=function)
@@ -121,7 +121,7 @@ def _bound(name: str, what: str, vector: Any, *places: Any) -> Load:
         if not isinstance(place, kind):
             expected = f"a {what} on a {kind.__name__}"
             raise expect.refusal(ModelError, expected, cut(repr(place)), _instead(place, kind))
-    cure = "Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
+    cure = "Write it along axes of a frame: x*B.x + y*B.y + z*B.z."
     expect.instance(vector, Vector, f"a {what} as a Vector", cure)
     pairs, label = tuple(zip(places, (vector, -vector), strict=False)), " and ".join(x.name for x in places)
     label = name or f"{what} {'between' if len(places) > 1 else 'on'} {label}"
@@ -136,13 +136,13 @@ def _instead(item: Any, kind: type[Point] | type[Frame]) -> str:
             place = parts[0].mass_center.name
             return f"Name the point of the body it acts on, such as its mass centre: kn.Force({place}, …)."
         if isinstance(item, Frame):
-            return "Name a point of the body, such as its mass centre; what turns a frame is a kn.Torque."
+            return "Name a point of the body, such as its mass centre, or use kn.Torque for a torque on the frame."
         return "Make one with at(…), or with fixed_in(…) for a particle of a body."
     for part in parts:
         if part.frame is not None:
             return f"Name the body's frame: kn.Torque({part.frame.name}, …)."
     if isinstance(item, Point):
-        return "What pulls at a point is a kn.Force; a torque needs the frame of a rigid body."
+        return "Name the frame of a rigid body, or use kn.Force for a force at the point."
     return "Name the frame of a rigid body."
 
 
@@ -153,7 +153,7 @@ def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
         if not isinstance(x, kind):
             raise expect.refusal(ModelError, expected, cut(repr(x)), _instead(x, kind))
     if a is b:
-        raise expect.refusal(ModelError, expected, f"{a.name} twice", "Name what is at its other end.")
+        raise expect.refusal(ModelError, expected, f"{a.name} twice", "Name a different one for the other end.")
     return f"{what} between {a.name} and {b.name}"
 
 
@@ -202,7 +202,7 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
 
 
 def _check_apart(what: str, a: Point, b: Point, r: Vector) -> None:
-    came = f"{a.name} and {b.name} in one place"
+    came = f"{a.name} and {b.name} at the same position"
     expect.that(not r.is_zero, f"two points apart for a {what}", came=came, cure="Name another point.")
 
 

@@ -130,8 +130,8 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
     symbols = free_symbols([*center.offset.scalars(), *whole.components(frame).entries])
     moving = (s for s in symbols if not isinstance(s, Parameter))
     expected = f"bodies of the composite {name} that are fixed in {frame.name}"
-    cure = "List what moves in it as bodies of their own."
-    expect.none(moving, expected, "places or inertias there that depend on {}", cure)
+    cure = "List what moves in it as separate bodies."
+    expect.none(moving, expected, "positions or inertias in it that depend on {}", cure)
     return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=whole)
 
 
@@ -223,7 +223,10 @@ class Principal(Immutable):
 
     def ellipsoid(self, scale: Any = 1) -> tuple[Expr, ...]:
         """Semi-axes scale/√I_k of the inertia ellipsoid; along any line √I is `scale` over the distance to its surface."""
-        expected, came = "principal moments above zero for the inertia ellipsoid", "0: along that axis it has no end"
+        expected, came = (
+            "principal moments above zero for the inertia ellipsoid",
+            "0: the ellipsoid is infinite along that axis",
+        )
         expect.none((x for x in self.moments if x is ZERO), expected, came)
         return tuple(div(as_expr(scale), sqrt(x)) for x in self.moments)
 

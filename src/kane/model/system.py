@@ -352,7 +352,7 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
     }
     function = substituted(load.scalar, known)
     left = [s for s in free_symbols([function]) if isinstance(s, Speed)]
-    names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
+    names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are rates"
     expected = f"the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names})"
     expect.none(left[:1], expected, "{} in it", "Write it by rates, q.dt.")
     moved_by = ((s, s if isinstance(s, QuasiRate) else getattr(s, "place", None)) for s in free_symbols([function]))

@@ -55,7 +55,7 @@ def check_inertial(frame: Any) -> None:
 def check_matter(bodies: tuple[Body, ...], loads: Iterable[Any]) -> None:
     """Raise ModelError unless there is a body, names of bodies are different, and loads are loads or gravity."""
     expected = "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …"
-    cure = "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector)."
+    cure = "Give its point or frame: kn.Force(point, vector), kn.Torque(frame, vector)."
     expect.instances(loads, (Load, Gravity), expected, cure)
     expect.that(bodies, "at least one body", came="none: nothing has mass")
     for b in bodies:
@@ -129,9 +129,9 @@ def check_reactions(
         if isinstance(s, Reaction) and s not in set(reactions):
             raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
     bare = [r for r in reactions if cut_of(r) is None and constraint_of(r) is None]
-    expected = "as many explicit auxiliary speeds as reactions without a place"
+    expected = "as many explicit auxiliary speeds as reactions without a point or frame"
     came = f"{len(auxiliary)} and {len(bare)} ({', '.join(map(str, bare)) or 'none'})"
-    cure = "Give the reaction a place: kn.reaction(name, at=point, along=direction)."
+    cure = "Give the reaction a point or frame: kn.reaction(name, at=point, along=direction)."
     expect.that(len(bare) == len(auxiliary), expected, came=came, cure=cure, error=ReactionError)
 
 
@@ -175,12 +175,15 @@ def state_rates(states: Any) -> dict[StateVariable, Expr]:
 
 def _check_known(a: StateVariable, s: Symbol) -> None:
     if isinstance(s, Rate) and isinstance(s.place, StateVariable):
-        what, cure = f"the rate {s}", f"Write out what states= says of {s.place}"
+        what, cure = f"the rate {s}", f"Write out the rate of {s.place} as in states="
     elif isinstance(s, Reaction | AuxiliarySpeed):
-        what, cure = f"{s} ({type(s).__name__})", "Write what the reaction follows from, or a load in its place"
+        what, cure = (
+            f"{s} ({type(s).__name__})",
+            "Write the expression that gives the reaction, or a load instead of it",
+        )
     elif isinstance(s, Rate) and input_of(s) is None and not isinstance(s.place, Coordinate):
         what = f"the acceleration {s}"
-        cure = "Take a state whose rate holds the speed in its place: a high-pass filter is the speed minus a low-pass filter of it"
+        cure = "Use a state whose rate contains the speed instead: a high-pass filter is the speed minus a low-pass filter of it"
     else:
         return
     raise ModelError(
@@ -197,16 +200,16 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
         return
     for s, origin in states:
         kinds = "coordinates, speeds, states, parameters, inputs and time"
-        cure = f"Say it: System(states={{{origin}: …}}), an expression of {kinds}."
+        cure = f"Declare it: System(states={{{origin}: …}}), an expression of {kinds}."
         expect.that(origin in system.states, f"a rate for the state {origin}", came="none", cure=cure)
-        cure = f"Write out what states= says of {origin}."
-        expect.that(origin is s, "loads and events in states themselves", came=f"the rate {s}", cure=cure)
+        cure = f"Write out the rate of {origin} as in states=."
+        expect.that(origin is s, "loads and events in states, not in their rates", came=f"the rate {s}", cure=cure)
     without: dict[str, Iterable[Expr]] = {
         "positions and orientations": geometry(system.frames, system.points),
         "definitions of speeds": system.speeds.values(),
         "constraints": [c.expr for c in system.constraints],
     }
-    cure = "States act by loads: a servo turns a joint by a torque that follows from its state."
+    cure = "Let states act by loads: a servo turns a joint by a torque that depends on its state."
     for kind, exprs in without.items():
         inside = [s for s in free_symbols(exprs) if isinstance(s, StateVariable)]
         expect.none(inside[:1], f"{kind} without states", "{} in them", cure)
@@ -238,8 +241,8 @@ def _turning(inertial: Frame, gravities: Iterable[Gravity]) -> Iterator[str]:
         if _depends_on_coordinates(components):
             frames = ", ".join(f.name for f, _ in g.acceleration.parts)
             yield (
-                f"Expected gravity {g.name!r} along a direction that stays, got {g.acceleration}, which turns as coordinates of the "
-                f"model change. Write it along {inertial.name} instead of {frames}: -g*{inertial.name}.z where that points up."
+                f"Expected gravity {g.name!r} along a fixed direction, got {g.acceleration}, which rotates with coordinates of the "
+                f"model. Write it along {inertial.name} instead of {frames}: -g*{inertial.name}.z where that points up."
             )
 
 
@@ -306,8 +309,8 @@ def _carried(p: Point, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
         body, frame = bodies[-1], p.body.name if p.body is not None else ""
         center = body.mass_center.name
         yield (
-            f"Expected {p.name} made on a point that moves with {body.name!r}, got {p.parent.name}, which does not: v + ω × r is "
-            f"the velocity of no particle of it. Make it on one, such as {center}: {center}.fixed_in({frame}, …)."
+            f"Expected {p.name} placed from a point that moves with {body.name!r}, got {p.parent.name}, which does not: v + ω × r is "
+            f"then the velocity of no particle of the body. Place it from one, such as {center}: {center}.fixed_in({frame}, …)."
         )
 
 
@@ -330,7 +333,7 @@ def _of_another(p: Point, body: Part, label: str) -> str:
     kind = f"a particle of {p.body.name}" if p.body is not None else "a geometric point"
     return (
         f"Expected the particle of {body.name!r} that touches the ground in {label!r}, got {p.name}, {kind}, which does not turn "
-        f"with it. Make it by {p.parent.name if p.parent else p.name}.fixed_in({body.frame.name}, …)."
+        f"with it. Use {p.parent.name if p.parent else p.name}.fixed_in({body.frame.name}, …)."
     )
 
 

@@ -177,7 +177,7 @@ def _of_events(system: Declarations) -> Iterator[Quantity]:
         for key, value in event.then.items() if isinstance(event.then, Mapping) else ():
             unit = target(system, event, key).unit
             made = (value,) if isinstance(value, Expr) else ()
-            yield f"what the event {event.name!r} makes of {key}", parse(unit) if unit else None, made
+            yield f"the value of {key} set by the event {event.name!r}", parse(unit) if unit else None, made
 
 
 def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
@@ -220,8 +220,8 @@ def _cure_of_numbers(e: Expr) -> str:
     if lone is None or not _has_unit(lone):
         return ""
     return (
-        f" Numbers in {cut(lone)} have no unit beside symbols that have one: give one of them as a parameter with its unit, such as "
-        'kn.parameter("c", 0.5, "rad/s^2").'
+        f" Numbers in {cut(lone)} have no unit, while symbols beside them have: give one of them as a parameter with its unit, such "
+        'as kn.parameter("c", 0.5, "rad/s^2").'
     )
 
 

@@ -161,7 +161,7 @@ def _prose(eom: Equations, step: Step) -> str:
     if eom.reactions and step.number == 7:
         said.append(tr("The auxiliary equations give the reactions."))
     if eom.states and step.number == 7:
-        said.append(tr("The further states have rates of their own."))
+        said.append(tr("The further states have their own rates."))
     return " ".join(said)
 
 
@@ -300,12 +300,12 @@ def by_all_text(number: int) -> str:
 def operations_text(reactions: bool) -> str:
     """A description of the counted operations."""
     head = (
-        tr(r"What one evaluation of $\dot{q}$, $\dot{u}$ and the reactions takes, solution included.")
+        tr(r"Operations of one evaluation of $\dot{q}$, $\dot{u}$ and the reactions, including the solution.")
         if reactions
-        else tr(r"What one evaluation of $\dot{q}$, $\dot{u}$ takes, solution included.")
+        else tr(r"Operations of one evaluation of $\dot{q}$, $\dot{u}$, including the solution.")
     )
     return f"{head} " + tr(
-        "An operation is one +, −, ×, ÷, √, power or transcendental function; a change of sign is none, and what several "
-        "formulas share counts once. Operations on parameters alone are done once, before a motion begins; those with the "
-        "state at every instant."
+        "An operation is one +, −, ×, ÷, √, power or transcendental function; a change of sign is none, and "
+        "subexpressions that several formulas share count once. Operations on parameters alone are executed once, before a motion "
+        "begins; those with the state in every evaluation."
     )

@@ -129,7 +129,8 @@ def _mode(whole: Equations, eom: Equations) -> str:
     pairs = zip(whole.system.contacts, eom.system.modes, strict=True)
     told = ", ".join(f"{c.name} {tr(m.word(c))}" for c, m in pairs)
     return tr(
-        "The contacts change what holds. Derived here is the mode in which the motion begins: %(modes)s.", modes=told
+        "The contacts change the active constraints. Derived here is the mode in which the motion begins: %(modes)s.",
+        modes=told,
     )
 
 
@@ -177,7 +178,7 @@ def _reactions(solution: Solution) -> Iterator[PageTable]:
             rows.append((Tex(symbol_latex(s)), *told, unit_text(solution.equations.unit(s))))
     if rows:
         head = (tr("reaction"), tr("least"), tr("at t (s)"), tr("greatest"), tr("at t (s)"), tr("unit"))
-        yield PageTable(tr("Reactions on the way"), head, tuple(rows))
+        yield PageTable(tr("Reactions during the motion"), head, tuple(rows))
 
 
 _SHOWN = 100
@@ -202,7 +203,7 @@ def _changes(solution: Solution) -> Iterator[PageTable]:
     if len(begins) > _SHOWN:
         rows.append(("…", tr("%(n)s more", n=len(begins) - _SHOWN), "", ""))
     head = ("t (s)", tr("event"), tr("contacts"), tr("energy (J)"))
-    yield PageTable(tr("What happens on the way"), head, tuple(rows))
+    yield PageTable(tr("Events during the motion"), head, tuple(rows))
 
 
 def run_text(solution: Solution) -> str:

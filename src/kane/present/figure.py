@@ -83,7 +83,7 @@ def plot(
         figure = _new(runs, made, names)
     else:
         holder = expect.instance(ax, Axes, "ax= as axes of matplotlib", error=ArgumentError).get_figure(root=True)
-        figure = expect.instance(holder, Figure, "ax= as axes that a figure holds", error=ArgumentError)
+        figure = expect.instance(holder, Figure, "ax= as axes that belong to a figure", error=ArgumentError)
         if len({panel.across for panel in made}) > 1:
             raise ArgumentError("Expected quantities against time, or tuples (x, y), for one pair of axes, got both.")
         one = Panel("", tuple(trace for panel in made for trace in panel.traces), made[0].across)

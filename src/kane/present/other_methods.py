@@ -49,13 +49,13 @@ _TEXT = N_(
     r"+ \mathbf{S}$, and the constraint forces $\mathbf{R}$, $\mathbf{S}$ are unknowns beside its accelerations. They "
     r"do no work in motions that the constraints admit, $\sum \mathbf{R}\cdot\mathbf{v}_r + \sum "
     r"\mathbf{S}\cdot\boldsymbol{\omega}_r = 0$: multiplied by the partial velocities and added up, the same "
-    r"equations are $F_r + F^*_r = \sum (\mathbf{F} - m\mathbf{a})\cdot\mathbf{v}_r + \dots = 0$, and hold none of "
-    r"them. Lagrange's equations hold none either, but differentiate the kinetic energy, and have a multiplier for "
+    r"equations are $F_r + F^*_r = \sum (\mathbf{F} - m\mathbf{a})\cdot\mathbf{v}_r + \dots = 0$, and contain none "
+    r"of them. Lagrange's equations contain none either, but differentiate the kinetic energy, and have a multiplier for "
     r"each constraint of the coordinates."
 )
 _NOTE = N_(
-    "Operations: rates of the state, accelerations and multipliers solved for, by the same expressions, eliminations and count; "
-    "as compiled, after the rewriting that all compiled code has. Newton's and Euler's equations are counted, not solved."
+    "Operations for the rates of the state, accelerations and multipliers, with the same expressions, elimination and counting; "
+    "as compiled, after the optimization that all compiled code has. Newton's and Euler's equations are counted, not solved."
 )
 
 
@@ -79,7 +79,7 @@ def why_kane(eom: Equations) -> WhyKane:
         rows.append(_row(eom, name, len(eom.coordinates), held, other.right_hand_side, other.state))
         found = tuple(_agreement(eom, other))
     except ModelError as error:
-        found = (tr("Lagrange's equations do not take this system: %(error)s", error=cut(str(error), 300)),)
+        found = (tr("Lagrange's equations do not apply to this system: %(error)s", error=cut(str(error), 300)),)
     head = tuple(map(tr, _HEAD))
     return WhyKane(PageTable("", head, (*rows, *_newton_euler(eom))), found, tr(_TEXT), tr(_NOTE))
 
@@ -134,10 +134,10 @@ def _agreement(eom: Equations, other: Formulation) -> Iterator[str]:
     size = np.maximum(np.abs(own).max(axis=1), 1.0)
     off = float((np.abs(others - own).max(axis=1) / size).max())
     yield trn(
-        r"At %(n)s state drawn at random $\dot{u}$ by Lagrange's equations, which know no partial velocity, differs from that by "
-        "Kane's by at most %(off)s of its size.",
-        r"At %(n)s states drawn at random $\dot{u}$ by Lagrange's equations, which know no partial velocity, differs from that by "
-        "Kane's by at most %(off)s of its size.",
+        r"At %(n)s state drawn at random $\dot{u}$ by Lagrange's equations, which contain no partial velocities, differs from that "
+        "by Kane's by at most %(off)s of its size.",
+        r"At %(n)s states drawn at random $\dot{u}$ by Lagrange's equations, which contain no partial velocities, differs from that "
+        "by Kane's by at most %(off)s of its size.",
         len(at),
         off=f"{off:.1e}",
     )
@@ -151,10 +151,10 @@ def _agreement(eom: Equations, other: Formulation) -> Iterator[str]:
     groups = [q.group for q in shares]
     left = max(float(np.abs(values[:, [g == group for g in groups]].sum(axis=1)).max()) for group in set(groups))
     words = tr(" and ").join(_largest(forces, at))
-    acting = tr("There the constraints act on the bodies by %(forces)s.", forces=words) + " " if words else ""
+    acting = tr("There the constraints act on the bodies with %(forces)s.", forces=words) + " " if words else ""
     yield acting + tr(
-        r"In $F_r + F^*_r$ with Lagrange's $\dot{u}$ they leave %(left)s of the largest term: the partial velocities take them out "
-        "before anything is solved.",
+        r"In $F_r + F^*_r$ with Lagrange's $\dot{u}$ their residual is %(left)s of the largest term: the partial velocities eliminate "
+        "them before anything is solved.",
         left=f"{left / largest:.1e}",
     )
 

@@ -45,11 +45,11 @@ class Passed(NamedTuple):
     transmitted: Wrenches
 
 
-class Pressed(NamedTuple):
+class PropagatedForce(NamedTuple):
     """The effect of a force on the elimination: right-hand sides e, in the order of the divisors; propagated wrenches, along A."""
 
     shares: Sequence[Expr]
-    felt: Wrenches
+    wrenches: Wrenches
 
 
 class _Inward(Carry[SpatialInertia]):
@@ -59,7 +59,7 @@ class _Inward(Carry[SpatialInertia]):
         super().__init__(tree)
         self.moving = moving
         self.ground = bool(tree[0].modes)
-        self.felt: dict[int, SpatialInertia] = {}
+        self.inertias: dict[int, SpatialInertia] = {}
         self.outer_pivots: dict[int, list[Elimination]] = {}
         self.inner_pivots: dict[int, list[Elimination]] = {}
         self.modes: dict[int, list[Elimination]] = {}
@@ -70,12 +70,12 @@ class _Inward(Carry[SpatialInertia]):
     def whole(self, i: int, v: SpatialInertia | None) -> SpatialInertia | None:
         """The sum with the inertia of segment i, after elimination of the elastic coordinates `modes` of the segment."""
         s, at = self.tree[i], self.moving[i]
-        felt = [] if v is None else [v]
+        parts = [] if v is None else [v]
         if s.elastic is not None:
-            felt.append(s.elastic(at.w, at.square))
+            parts.append(s.elastic(at.w, at.square))
         if not (s.body.is_nothing and s.load is NO_WRENCH):
-            felt.append(of_rigid(s.body, opposite(s.load).plus(s.body.bias(at.w, at.square))))
-        v = reduce(SpatialInertia.plus, felt) if felt else None
+            parts.append(of_rigid(s.body, opposite(s.load).plus(s.body.bias(at.w, at.square))))
+        v = reduce(SpatialInertia.plus, parts) if parts else None
         for b in reversed(s.modes):
             v, pivot = (NO_INERTIA if v is None else v).without_mode(b)
             self.modes.setdefault(i, []).append(pivot)
@@ -86,7 +86,7 @@ class _Inward(Carry[SpatialInertia]):
         return v.at(self.moving[i].spin, self.moving[i].sliding)
 
     def outer(self, i: int, v: SpatialInertia) -> SpatialInertia:
-        v = self.felt[i] = _without(v, self.tree[i].outer.dofs, self.outer_pivots.setdefault(i, []))
+        v = self.inertias[i] = _without(v, self.tree[i].outer.dofs, self.outer_pivots.setdefault(i, []))
         return v
 
     def arm(self, i: int, v: SpatialInertia) -> SpatialInertia:
@@ -153,7 +153,7 @@ class _Outward(Drive[Accelerations]):
         return pivot._replace(rest=add(pivot.rest, div(self.more[self.found.number(pivot)], pivot.d)))
 
 
-class _Pressing(Carry[SpatialForce]):
+class _PropagatedForces(Carry[SpatialForce]):
     """The inward sweep of the ABA for added wrenches on segments and added generalized forces τ, without inertia forces.
 
     At a joint speed the right-hand side is e = τ − s·p and the wrench passed on p + U e/D; for an elastic coordinate e = τ − Q, and
@@ -166,7 +166,7 @@ class _Pressing(Carry[SpatialForce]):
         self.ground = found.inward.ground
         self.q: dict[Expr, Expr] = {}
         self.shares = [ZERO] * len(found.divisors)
-        self.felt: dict[int, SpatialForce] = {}
+        self.wrenches: dict[int, SpatialForce] = {}
 
     def local(self, i: int) -> SpatialForce | None:
         if i in self.loads:
@@ -185,8 +185,8 @@ class _Pressing(Carry[SpatialForce]):
         return self.taking(self.found.inward.inner_pivots.get(i, ()), v)
 
     def outer(self, i: int, v: SpatialForce) -> SpatialForce:
-        self.felt[i] = self.taking(self.found.inward.outer_pivots.get(i, ()), v)
-        return self.felt[i]
+        self.wrenches[i] = self.taking(self.found.inward.outer_pivots.get(i, ()), v)
+        return self.wrenches[i]
 
     def arm(self, i: int, v: SpatialForce) -> SpatialForce:
         for dof in self.tree[i].shared:
@@ -275,26 +275,28 @@ class Articulated:
         """The number of the joint speed or elastic coordinate that is eliminated."""
         return pivot.of.number if isinstance(pivot.of, Dof) else self._numbers[pivot.of]
 
-    def press(self, forces: Mapping[int, Expr], loads: Wrenches) -> Pressed:
+    def propagate(self, forces: Mapping[int, Expr], loads: Wrenches) -> PropagatedForce:
         """The effect of wrenches on segments, in their working bases, and of generalized forces by number."""
-        found = _Pressing(self, forces, loads)
+        found = _PropagatedForces(self, forces, loads)
         inward(self.tree, found)
-        return Pressed(found.shares, found.felt)
+        return PropagatedForce(found.shares, found.wrenches)
 
-    def passed(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> Passed:
-        """The accelerations with added forces, each the product of an amount and a force whose effect `press` returned."""
+    def passed(self, forces: Sequence[PropagatedForce], amounts: Sequence[Expr]) -> Passed:
+        """The accelerations with added forces, each the product of an amount and a force whose effect `propagate` returned."""
         return self._outward(forces, amounts)[0]
 
-    def _outward(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> tuple[Passed, list[Accelerations]]:
+    def _outward(
+        self, forces: Sequence[PropagatedForce], amounts: Sequence[Expr]
+    ) -> tuple[Passed, list[Accelerations]]:
         each = range(len(self.divisors)) if forces else ()
         more = [sum_of(mul(f.shares[k], x) for f, x in zip(forces, amounts, strict=True)) for k in each]
         drive = _Outward(self, more)
         moving = outward(self.tree, drive, Accelerations(NOTHING, self.ground))
         transmitted = {}
         for i in self.asked:
-            felt = self.inward.felt.get(i, NO_INERTIA)
+            inertia = self.inward.inertias.get(i, NO_INERTIA)
             for f, x in zip(forces, amounts, strict=True):
-                felt = felt._replace(p=felt.p.plus(f.felt[i].times(x))) if i in f.felt else felt
-            transmitted[i] = felt.wrench(drive.origins[i], drive.values)
+                inertia = inertia._replace(p=inertia.p.plus(f.wrenches[i].times(x))) if i in f.wrenches else inertia
+            transmitted[i] = inertia.wrench(drive.origins[i], drive.values)
         rows = [*drive.rows, *(({b: ONE}, x) for b, x in drive.values.items())]
         return Passed(rows, self.divisors, transmitted), moving

@@ -31,7 +31,7 @@ from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.matrix import LDL, dot, ldl, sparse_order
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.space.rotation import NOTHING, Triple, cross3, product
-from kane.tree.articulated import Passed, Pressed, Wrenches
+from kane.tree.articulated import Passed, PropagatedForce, Wrenches
 from kane.tree.sweeps import Carry, Driven, Forces, Rates, Tree, forces, inward, outward, rates
 from kane.tree.triples import centripetal, is_zero, put, summed, times, triple
 from kane.tree.values import (
@@ -106,8 +106,8 @@ class _Mass(Carry[_Columns]):
         self.composite, self.elastic, self.modes = composite, elastic, mode_numbers(tree)
         count = dof_count(tree)
         self.rows = [[ZERO] * count for _ in range(count)]
-        for felt in elastic.values():
-            for b, column in felt.columns.items():
+        for inertia in elastic.values():
+            for b, column in inertia.columns.items():
                 for other, x in column.row.items():
                     r, k = self.modes[b], self.modes[other]
                     self.rows[r][k] = add(self.rows[r][k], x)
@@ -120,13 +120,13 @@ class _Mass(Carry[_Columns]):
 
     def inner(self, i: int, v: _Columns) -> _Columns:
         """Adds the inner joint speeds."""
-        return self.felt(self.tree[i].inner.dofs, self.composite.work[i], v)
+        return self.fill(self.tree[i].inner.dofs, self.composite.work[i], v)
 
     def outer(self, i: int, v: _Columns) -> _Columns:
         """Adds the outer joint speeds and the elastic coordinates."""
-        return self.felt((*self.tree[i].outer.dofs, *self.tree[i].shared), self.composite.along_a[i], v)
+        return self.fill((*self.tree[i].outer.dofs, *self.tree[i].shared), self.composite.along_a[i], v)
 
-    def felt(self, dofs: Sequence[Dof], body: Rigid | Moments, v: _Columns) -> _Columns:
+    def fill(self, dofs: Sequence[Dof], body: Rigid | Moments, v: _Columns) -> _Columns:
         """Fills the rows of some joint speeds that move `body`; v with their wrenches."""
         for dof in dofs:
             s = dof.number
@@ -224,7 +224,7 @@ class _Bias(Forces):
             self.composite.along_a[i], self.moving[i].before, self.at.origins[i], self.moving[i].before_square
         )
         for dof in (*s.outer.dofs, *s.shared):
-            self.found[dof.number] = add(self.found[dof.number], carried.felt(dof, v))
+            self.found[dof.number] = add(self.found[dof.number], carried.bias(dof, v))
         return v
 
     def arm(self, i: int, v: SpatialForce) -> SpatialForce:
@@ -234,7 +234,7 @@ class _Bias(Forces):
         """The wrench with the inner joint's part added; records the bias forces of its joint speeds."""
         v = v.plus(joint.turning()).plus(_sliding(joint.body, self.moving[i].sliding))
         for dof in self.tree[i].inner.dofs:
-            self.found[dof.number] = joint.felt(dof, v)
+            self.found[dof.number] = joint.bias(dof, v)
         return v
 
 
@@ -261,7 +261,7 @@ class _Joint:
         """E ω."""
         return product(self.body.e, self.w)
 
-    def felt(self, dof: Dof, w: SpatialForce) -> Expr:
+    def bias(self, dof: Dof, w: SpatialForce) -> Expr:
         """The bias force of a joint speed: of the parent's motion and of the wrench `w`."""
         turns = sum_of(mul(s, add(w.n[k], self.moment(k))) for k, s in enumerate(dof.spin) if s is not ZERO)
         return turns if is_zero(dof.slide) else add(turns, dot(dof.slide, summed(w.f, self.force)))
@@ -381,18 +381,18 @@ class Composite:
         """The factored M, and the right-hand side."""
         tree, bodies = self.tree, [s.body for s in self.tree]
         elastic = elastic_parts(tree, self.moving)
-        rigid = {i: to_rigid(felt) for i, felt in elastic.items()}
+        rigid = {i: to_rigid(inertia) for i, inertia in elastic.items()}
         by_body = are_slender(bodies) if self.body_by_body is None else self.body_by_body
         drive = _Trial(tree, self.moving) if by_body else Driven(tree, self.moving)
         at = outward(tree, drive, Accelerations(NOTHING, self.ground))
         wrenches: list[SpatialForce | None] = []
         on = [ZERO] * dof_count(tree)
         for i, (s, moving) in enumerate(zip(tree, self.moving, strict=True)):
-            w = s.pressing(moving.w, moving.square, at[i]) if by_body else opposite(s.load)
+            w = s.net_wrench(moving.w, moving.square, at[i]) if by_body else opposite(s.load)
             if i in elastic:
-                felt = elastic[i].at(*at[i])
-                w = w.plus(felt.p)
-                for b, column in felt.columns.items():
+                inertia = elastic[i].at(*at[i])
+                w = w.plus(inertia.p)
+                for b, column in inertia.columns.items():
                     k = mode_numbers(tree)[b]
                     on[k] = add(on[k], column.force)
             wrenches.append(w)
@@ -429,15 +429,15 @@ class Composite:
         """The pivots D, in the order of elimination."""
         return self.factored.factors.pivots
 
-    def press(self, on: Mapping[int, Expr], loads: Wrenches) -> Pressed:
+    def propagate(self, on: Mapping[int, Expr], loads: Wrenches) -> PropagatedForce:
         """L⁻¹ τ for wrenches on segments, in their working bases, and generalized forces by number."""
         found, wrenches = self.factored, [loads.get(i) for i in range(len(self.tree))]
         tau = [add(on.get(k, ZERO), x) for k, x in enumerate(forces(self.tree, wrenches, len(found.trial)))]
-        return Pressed(found.factors.forward(tau), {})
+        return PropagatedForce(found.factors.forward(tau), {})
 
-    def passed(self, pressed: Sequence[Pressed], amounts: Sequence[Expr]) -> Passed:
-        """The accelerations with added forces, each the product of an amount and a force whose effect `press` returned."""
+    def passed(self, added: Sequence[PropagatedForce], amounts: Sequence[Expr]) -> Passed:
+        """The accelerations with added forces, each the product of an amount and a force whose effect `propagate` returned."""
         found, whole = self.factored, list(self.factored.eliminated)
-        for each, x in zip(pressed, amounts, strict=True):
+        for each, x in zip(added, amounts, strict=True):
             whole = [add(y, mul(share, x)) for y, share in zip(whole, each.shares, strict=True)]
         return Passed(list(zip(rows_of(self.tree), found.values(whole), strict=True)), list(self.divisors), {})

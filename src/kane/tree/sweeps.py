@@ -80,7 +80,7 @@ class Segment:
         """The joint speeds, those along A first."""
         return (*self.outer.dofs, *self.inner.dofs)
 
-    def pressing(self, w: Triple, square: Expr, at: Accelerations) -> SpatialForce:
+    def net_wrench(self, w: Triple, square: Expr, at: Accelerations) -> SpatialForce:
         """The inertia wrench of the body about its origin, with its bias, less the applied load."""
         return self.body.bias(w, square).plus(self.body.at(*at)).plus(opposite(self.load))
 
@@ -293,15 +293,15 @@ class Forces(Carry[SpatialForce]):
 
     def inner(self, i: int, v: SpatialForce) -> SpatialForce:
         """Adds the generalized forces of the inner joint speeds."""
-        self.felt(self.tree[i].inner.dofs, v)
+        self.project(self.tree[i].inner.dofs, v)
         return v
 
     def outer(self, i: int, v: SpatialForce) -> SpatialForce:
         """Adds the generalized forces of the outer joint speeds and the elastic coordinates."""
-        self.felt((*self.tree[i].outer.dofs, *self.tree[i].shared), v)
+        self.project((*self.tree[i].outer.dofs, *self.tree[i].shared), v)
         return v
 
-    def felt(self, dofs: Sequence[Dof], w: SpatialForce) -> None:
+    def project(self, dofs: Sequence[Dof], w: SpatialForce) -> None:
         """Adds the projection of a wrench on motion subspaces."""
         for dof in dofs:
             self.found[dof.number] = add(self.found[dof.number], w.on(dof))

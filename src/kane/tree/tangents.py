@@ -33,7 +33,7 @@ from kane.tree.values import NO_WRENCH, Accelerations, Change, Dof, Rigid, Spati
 Vectors = tuple[Triple, ...]
 
 
-class HeldFunction:
+class TracedFunction:
     """A function `make` of vectors or scalars, traced once with symbols for its arguments, whose values are `at`.
 
     `symbols` are the free symbols of its result other than its arguments.
@@ -193,7 +193,7 @@ class _Value:
 
     def passed(self, make: Callable[[Triple, Triple], SpatialForce]) -> tuple[SpatialForce, dict[Symbol, SpatialForce]]:
         """The wrench changed by `make`, and its derivatives, which include those of `make` itself."""
-        columns, held = {x: make(*w) for x, w in self.columns.items()}, HeldFunction(make, self.force)
+        columns, held = {x: make(*w) for x, w in self.columns.items()}, TracedFunction(make, self.force)
         for x in self.symbols:
             _join(columns, x, held.slope(x))
         return make(*self.force), columns
@@ -244,9 +244,9 @@ class _Changes(Carry[_Value]):
         s, at, result = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
         parent = self.rates[s.parent].w, *self.work[s.parent]
         stages = [
-            HeldFunction(lambda *v: tuple(turned_down(s.lead, x) for x in v), parent),
-            HeldFunction(lambda w, alpha, a: _placed(s, w, alpha, a), (at.before, *drive.entered[i])),
-            HeldFunction(lambda w, alpha, a: _turned(s, w, alpha, a), (at.before, *drive.placed[i])),
+            TracedFunction(lambda *v: tuple(turned_down(s.lead, x) for x in v), parent),
+            TracedFunction(lambda w, alpha, a: _placed(s, w, alpha, a), (at.before, *drive.entered[i])),
+            TracedFunction(lambda w, alpha, a: _turned(s, w, alpha, a), (at.before, *drive.placed[i])),
         ]
         for x in self.symbols:
             change: Vectors | None = None
@@ -270,13 +270,13 @@ class _Changes(Carry[_Value]):
     def local(self, i: int) -> _Value:
         s, at, work = self.tree[i], self.rates[i], self.work[i]
 
-        def press(w: Triple, alpha: Triple, a: Triple) -> SpatialForce:
-            return s.pressing(w, dot(w, w), Accelerations(alpha, a))
+        def net_wrench(w: Triple, alpha: Triple, a: Triple) -> SpatialForce:
+            return s.net_wrench(w, dot(w, w), Accelerations(alpha, a))
 
-        columns, held = dict[Symbol, SpatialForce](), HeldFunction(press, (at.w, *work))
+        columns, held = dict[Symbol, SpatialForce](), TracedFunction(net_wrench, (at.w, *work))
         for x in self.symbols if i else ():
             _join(columns, x, held.slope(x))
-        force = s.pressing(at.w, at.square, work) if i else NO_WRENCH
+        force = s.net_wrench(at.w, at.square, work) if i else NO_WRENCH
         return _Value(self.symbols, alone(s.body, at.w), force, columns, {})
 
     def whole(self, i: int, v: _Value | None) -> _Value | None:
@@ -290,17 +290,17 @@ class _Changes(Carry[_Value]):
         return _Value(self.symbols, v.moving, v.force, columns, v.rows)
 
     def inner(self, i: int, v: _Value) -> _Value:
-        return self.felt(self.tree[i].inner.dofs, v)
+        return self.project(self.tree[i].inner.dofs, v)
 
     def outer(self, i: int, v: _Value) -> _Value:
-        return self.felt(self.tree[i].outer.dofs, v)
+        return self.project(self.tree[i].outer.dofs, v)
 
     def arm(self, i: int, v: _Value) -> _Value:
         s, at = self.tree[i], self.rates[i]
         late = s.inner.slide if s.turn is None else s.turn.up(s.inner.slide)
         return v.swept(s.arm, summed(cross3(at.before, s.arm), summed(s.outer.slide, late)))
 
-    def felt(self, dofs: Sequence[Dof], v: _Value) -> _Value:
+    def project(self, dofs: Sequence[Dof], v: _Value) -> _Value:
         """Adds ∂(s·w)/∂x for the wrench w and motion subspaces s, and derivatives of reflected inertias; the value with their rows."""
         rows = dict(v.rows)
         for dof in dofs:

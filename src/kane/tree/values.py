@@ -499,6 +499,6 @@ def of_rigid(body: Rigid, p: SpatialForce) -> SpatialInertia:
     return SpatialInertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), p)
 
 
-def to_rigid(felt: SpatialInertia) -> Rigid:
+def to_rigid(inertia: SpatialInertia) -> Rigid:
     """The rigid-body inertia equal to a spatial inertia that has the form of one."""
-    return Rigid(felt.m[0][0], (felt.h[2][1], felt.h[0][2], felt.h[1][0]), felt.j)
+    return Rigid(inertia.m[0][0], (inertia.h[2][1], inertia.h[0][2], inertia.h[1][0]), inertia.j)

@@ -105,11 +105,11 @@ def test_near_says_which_branch():
 
 def test_near_that_is_none():
     system = BAR.system()
-    with pytest.raises(kn.ValueMissingError, match=r"near= which the motion is, of the system .*got one for 'q9'"):
+    with pytest.raises(kn.ValueMissingError, match=r"t in near= of the system .*got one for 'q9'"):
         kn.derive(system, near={"q9": 1.0})
-    with pytest.raises(kn.SimulationError, match="a finite value near= which the motion is for q1, got nan"):
+    with pytest.raises(kn.SimulationError, match="a finite value in near= for q1, got nan"):
         kn.derive(system, near={"q1": np.nan})
-    with pytest.raises(kn.ModelError, match="Expected a place near= at which the constraints nearly hold, got d = 9, "):
+    with pytest.raises(kn.ModelError, match="Expected near= at which the constraints nearly hold, got d = 9, "):
         kn.derive(four_bar.system(), near={"d": 9.0})
 
 

@@ -56,7 +56,7 @@ def test_operations_of_all_reactions_grow_as_the_chain():
 def test_the_disk_slides_by_recursion_too():
     system = rolling_disk.system()
     assert off(system) < 1e-9
-    with pytest.raises(kn.ModelError, match="got loads that hold reactions"):
+    with pytest.raises(kn.ModelError, match="got loads that contain reactions"):
         kn.derive(system, route="composite")
 
 
@@ -112,7 +112,7 @@ def test_a_load_that_moves_with_a_cut_frame_from_outside():
         reactions=[torque],
     )
     with pytest.raises(
-        kn.ModelError, match="got loads that hold reactions"
+        kn.ModelError, match="got loads that contain reactions"
     ):  # none of the way tells what is transmitted
         kn.derive(system, route="recursive")
     assert "P" in {x.name for x in kn.free_symbols(kn.derive(system).reaction_values)}

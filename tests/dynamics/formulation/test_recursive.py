@@ -209,7 +209,7 @@ def test_a_route_can_be_asked_for_and_is_kept():
 
 def test_what_no_recursion_expresses_is_said():
     for route, system, why in (
-        ("composite", rolling_disk.system(), "loads that hold reactions"),
+        ("composite", rolling_disk.system(), "loads that contain reactions"),
         ("recursive", spinning_top.system(speeds="node"), "speeds whose W has poles"),
         ("composite", spinning_top.system(speeds="node"), "speeds whose W has poles"),
     ):

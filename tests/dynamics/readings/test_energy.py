@@ -67,7 +67,7 @@ def derive(load, drive, speeds="rates"):
 @pytest.mark.slow
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("load", LOADS)
-@pytest.mark.filterwarnings("ignore:Expected gravity .* along a direction that stays")
+@pytest.mark.filterwarnings("ignore:Expected gravity .* along a fixed direction")
 def test_power_is_the_rate_of_the_energy(load, drive):
     eom, state = derive(load, drive)
     rate, power = (float(x) for x in eom.evaluate([eom.time_derivative(eom.energy), eom.power], **state))

@@ -122,7 +122,7 @@ def test_a_drive_at_rest_for_an_instant():
     eom = kn.derive(kn.System(N, bodies=[p], speeds={u: x.dt}, nonholonomic=[driven]))
     assert eom.evaluate(eom.kinetic_energy, q=[0.1], u=[0.0], t=np.pi / 4) == 0
     assert eom.evaluate(u, q=[0.1]) == 3
-    with pytest.raises(kn.SimulationError, match=r"by -3\. The constraints give all speeds: leave them out"):
+    with pytest.raises(kn.SimulationError, match=r"by -3\. The constraints determine all speeds: leave them out"):
         eom.evaluate(eom.kinetic_energy, q=[0.1], u=[0.0])
 
 

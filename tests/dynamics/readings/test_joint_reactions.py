@@ -292,7 +292,7 @@ class TestOneClosure:
         """A plane loop closed in space too: across the plane its force is not determined, along it as ever."""
         plain = FourBar.derive()
         whole = kn.coincident(FourBar.P3, FourBar.ground, (N.x, N.y, N.z), name="space")
-        with pytest.warns(kn.KaneWarning, match="'space z' holds by itself: it is redundant"):
+        with pytest.warns(kn.KaneWarning, match="'space z' is always satisfied: it is redundant"):
             eom = FourBar.derive(holonomic=whole)
         state = FourBar.state(plain)
         for one, c in zip(plain.system.constraints, whole, strict=False):
@@ -301,7 +301,7 @@ class TestOneClosure:
                 < 1e-12
             )
         for place in (FourBar.P1, "space", "space z"):
-            with pytest.raises(kn.ReactionError, match=r"a reaction that the motion determines.*'space z'"):
+            with pytest.raises(kn.ReactionError, match=r"a reaction that is uniquely determined.*'space z'"):
                 eom.reaction(place)
 
 
@@ -329,7 +329,7 @@ class TestRedundant:
     def test_what_is_not_determined_is_refused(self):
         eom = self.derive()
         for place in ("lower", "upper", "lower z"):
-            with pytest.raises(kn.ReactionError, match=rf"got '{place}': it feels.*'lower z', 'upper z'"):
+            with pytest.raises(kn.ReactionError, match=rf"got '{place}': it contains.*'lower z', 'upper z'"):
                 eom.reaction(place)
 
     def test_what_is_determined_is_told(self):
@@ -351,7 +351,9 @@ class TestFaults:
         x, y = kn.coordinate("x"), kn.coordinate("y")
         eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds="rates", holonomic=x**2 + y**2 - 1))
         for place in (P, "holonomic 1"):
-            with pytest.raises(kn.ReactionError, match=r"the bare expression holonomic 1\. Declare them by places: kn"):
+            with pytest.raises(
+                kn.ReactionError, match=r"the plain expression holonomic 1\. Declare them by points or frames: kn"
+            ):
                 eom.reaction(place)
 
     def test_names_and_places(self):
@@ -362,7 +364,7 @@ class TestFaults:
             eom.reaction("elbow")
         with pytest.raises(kn.ReactionError, match="got O, a root, which has no near side"):
             eom.reaction(O)
-        with pytest.raises(kn.ReactionError, match=r"got Q, a particle, through which nothing"):
+        with pytest.raises(kn.ReactionError, match=r"got Q, a particle of a body, which has no far side"):
             eom.reaction(body.mass_center.fixed_in(body.frame, "Q"))
         with pytest.raises(kn.ReactionError, match=r"a body on the far side of Q, got none"):
             eom.reaction(body.mass_center.at("Q", 0))
@@ -380,7 +382,8 @@ class TestFaults:
         )
         eom = kn.derive(kn.System(N, bodies=[body], joints=[hinge]))
         with pytest.raises(
-            kn.ReactionError, match=r"on one side of the joint 'hinge', got b.*frame, but not its point.*joint\.point"
+            kn.ReactionError,
+            match=r"on one side of the joint 'hinge', got b.*frame, but not from its point.*joint\.point",
         ):
             eom.reaction(hinge)
 

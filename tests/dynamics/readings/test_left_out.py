@@ -34,7 +34,7 @@ def both():
     return eom, other, state
 
 
-TOLD = r"got 'last \w+ \w', 'last \w+ \w', which were left out as redundant and hold more"
+TOLD = r"got 'last \w+ \w', 'last \w+ \w', which were left out as redundant and restrict the motion"
 
 
 def test_at_a_state(both):

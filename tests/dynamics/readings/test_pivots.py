@@ -42,8 +42,8 @@ def by_hand(q, speeds):
 def test_a_vanishing_pivot_is_named_with_the_cure():
     eom = pendulum(dependent_speeds=[u])
     told = (
-        r"dependent speeds that the constraints give at this state, got u, which they give divided by [^ ]*x = 0\. "
-        r"Name others, here System\(dependent_speeds=…\) of v; kn.simulate changes them by itself"
+        r"dependent speeds that the constraints determine at this state, got u, which they give divided by [^ ]*x = 0\. "
+        r"Name others, here System\(dependent_speeds=…\) of v; kn.simulate changes them automatically"
     )
     for wanted in (list(eom.accelerations), v.dt, eom.multipliers[ROD], eom.A_n, eom.power + u.dt):
         with pytest.raises(kn.SingularError, match=told):
@@ -97,6 +97,6 @@ def test_a_singular_configuration_has_no_cure():
     bodies = [kn.Particle("tip", arm, 1), kn.Particle("bead", bead, 1)]
     eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", holonomic=kn.coincident(arm, bead, (N.x, N.y))))
     with pytest.raises(
-        kn.SingularError, match=r"No others will do: .* a singular configuration. Take a state beside it"
+        kn.SingularError, match=r"No other choice is possible: .* a singular configuration. Use a nearby state"
     ):
         eom.evaluate(list(eom.accelerations), q=[np.pi / 2, -np.pi / 2, 0], u=[0, 0, 0])

@@ -160,7 +160,7 @@ def test_loads_of_one_name_are_told_apart():
         for given in (load, declared):
             v = eom.find_potential([given]).value
             assert kn.evaluate([kn.diff(v, x), kn.diff(v, y)], {x: 0.3, y: 0.5}) == pytest.approx(slopes)
-    with pytest.raises(kn.PotentialError, match=r"got .pull., which 2 of them are called\. Give the load itself"):
+    with pytest.raises(kn.PotentialError, match=r"got .pull., the name of 2 of them\. Give the load itself"):
         eom.find_potential(["pull"])
     both = kn.Load.from_potential(k * x**2 / 2), kn.Load.from_potential(y**2)
     held = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=both))

@@ -31,9 +31,7 @@ def universal(first="x"):
 def test_a_universal_joint_where_a_component_says_nothing(first, at, pivot, speed):
     eom = universal(first)
     state = {"q": [0.3, at], "u": [speed, 0.5]}
-    message = (
-        rf"Expected speeds that give the rates at this state, got W of q' = W u \+ X divided by {pivot}\(q2\) = .*Euler"
-    )
+    message = rf"Expected speeds that determine the rates at this state, got W of q' = W u \+ X divided by {pivot}\(q2\) = .*Euler"
     for what in (eom.accelerations, eom.rates, q1.dt):
         with pytest.raises(kn.SingularError, match=message):
             eom.evaluate(what, **state)

@@ -30,7 +30,7 @@ WRONG = {
     "an output in a load": ("T1*N3>", "Ke()*N3>", "a vector of the model, got what ke.*line 16"),
     "another file": ("autoz on", "run other.al", "Run, which reads another file"),
     "a prescribed acceleration": ("theta' = omega", "theta' = omega\nomega' = 3", "got omega"),
-    "a ring": ("theta' = omega", "theta' = omega\nVariables a, b\na = b\nb = 2*a", "a ring"),
+    "a ring": ("theta' = omega", "theta' = omega\nVariables a, b\na = b\nb = 2*a", "a cycle"),
     "an exponent": ("Mass B = m", "Mass B = m^999999", "an exponent of at most 100"),
     "no inertial frame": ("Newtonian N\n", "Frames N\n", "Newtonian"),
     "a range": ("Constants g", "Constants x{1:99999999}, g", "a range of at most"),

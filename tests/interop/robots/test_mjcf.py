@@ -23,7 +23,7 @@ def test_models_move_as_mujoco_says(name, rng):
     read = kn.from_mjcf(text, parameters="none" if name == "tilted gravity" else "all")
     with warnings.catch_warnings():
         warnings.filterwarnings(
-            "ignore", "The constraint 'equality_0 y' holds by itself", kn.KaneWarning
+            "ignore", "The constraint 'equality_0 y' is always satisfied", kn.KaneWarning
         )  # in the plane
         eom = kn.derive(read.system)
     assert mujoco_robots.compare(mujoco.MjModel.from_xml_string(text), read, eom, rng, 3) < 1
@@ -47,21 +47,19 @@ def test_what_is_soft_and_what_is_left_out_is_said():
     more += (
         '<equality><joint joint1="a" polycoef="0.1" active="false"/></equality><keyframe><key qpos="0.3"/></keyframe>'
     )
-    with pytest.warns(
-        kn.KaneWarning, match="1 things that are none here, the first: refused: actuator 'jet': transmission site"
-    ):
+    with pytest.warns(kn.KaneWarning, match="got 1 without one, the first: refused: actuator 'jet': transmission site"):
         read = kn.from_mjcf(mjcf(body, more), stops=True, friction=True)
     said = {r.text for r in read.remarks if r.kind == "ignored"}
     assert {
         "1 sensors",
-        "1 keyframes: a motion starts where the file places bodies",
+        "1 keyframes: a motion starts at the reference pose",
         "contacts of 1 geoms: declare them by kn.contact",
         "the equality 'equality_0', which is not active",
     } == said
     assert [c.name for c in read.system.contacts] == ["a lower", "a upper", "stiction in a"]
     assert read.extras["limits"]["a"] == (-1, 1)
     closed = kn.from_mjcf(MODELS["four-bar"])
-    assert any(r.text == "the equality 'equality_0' is soft in MuJoCo, and exact here" for r in closed.remarks)
+    assert any(r.text == "the equality 'equality_0' is soft in MuJoCo, and exact in kane" for r in closed.remarks)
     assert [r.where for r in read.remarks if r.kind == "refused"] == ["MJCF, line 1"]
 
 
@@ -87,13 +85,13 @@ PULLED += '<actuator><motor name="m" tendon="g"/></actuator>'
     [
         (LIMITED, '<actuator><motor joint="a"/></actuator>', ["compensation of gravity by actuators"]),
         (LIMITED.replace("actuatorfrcrange", "user"), "", ["compensation of gravity by actuators"]),
-        (LIMITED.replace('gravcomp="1"', "") + '<site name="t" pos="1 0 1"/>', PULLED, ["without what 'm' does along its tendon"]),
+        (LIMITED.replace('gravcomp="1"', "") + '<site name="t" pos="1 0 1"/>', PULLED, ["without that of 'm' along its tendon"]),
         (LIMITED.replace("<site", '<site name="t" pos="1 0 0"/><site'), PULLED, ["compensation of gravity by actuators"]),
     ],
 )  # fmt: skip
 def test_limits_of_actuators_that_bound_more_than_is_read_are_refused(body, more, said):
     """MuJoCo bounds the sum of all that actuators exert on a joint; a tendon between two points of one body exerts nothing on it."""
-    with pytest.warns(kn.KaneWarning, match=f"{len(said)} things that are none here"):
+    with pytest.warns(kn.KaneWarning, match=f"got {len(said)} without one, the first"):
         read = kn.from_mjcf(mjcf(body, more))
     refused = read.of_kind("refused")
     assert len(refused) == len(said)

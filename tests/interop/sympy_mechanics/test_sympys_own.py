@@ -11,7 +11,7 @@ from tests.interop.sympy_mechanics.captured import models_of
 NAMED = {
     "test_kane.test_aux": "acceleration that Dmc was given is not the rate of the velocity",
     "test_kane.test_issue_24887": "generalized speed to move some mass",
-    "test_kane2.test_sub_qdot2": "a KanesMethod that knows its bodies",
+    "test_kane2.test_sub_qdot2": "a KanesMethod with its bodies",
     "test_lagrange.test_rolling_disc": "velocities in the kinetic energy satisfy motion constraints",
     "test_linearize.test_linearize_rolling_disc_lagrange": "velocities in the kinetic energy satisfy motion constraints",
 }

@@ -263,5 +263,5 @@ def test_sliding_friction_has_no_value_at_rest() -> None:
     s = kn.coordinate("s")
     P = O.at("P", s * N.x)
     drag = kn.Force(P, -0.3 * P.velocity(N).normalized(), "friction")
-    with pytest.raises(kn.ModelError, match="that have a value at rest"):
+    with pytest.raises(kn.ModelError, match="that are defined at rest"):
         _ = derived([kn.Particle("P", P, 1.0)], [drag]).equilibrium_conditions

@@ -53,7 +53,7 @@ def test_places_along_it() -> None:
     assert b.point_at(0.5) is b.point_at(b.length / 2)
     assert b.frame_at(1).parent is N
     for wrong in (1.5, -0.1, 2 * b.length, kn.parameter("x", 1.0, "m")):
-        with pytest.raises(ModelError, match=r"a place of arm as ξ = x/L from 0, its root, to 1, its tip"):
+        with pytest.raises(ModelError, match=r"a position on arm as ξ = x/L from 0, its root, to 1, its tip"):
             b.point_at(wrong)
 
 
@@ -86,7 +86,7 @@ WRONG = [
     ({"form": "exact"}, "form= of arm to be one of linearized, nonlinear"),
     ({"stretch": 2}, "Expected EA of arm for its stretch=, got none"),
     ({"EA": 1.0, "stretch": kn.mode_shapes("free-free", 1)}, "stretch of arm that are zero at the root"),
-    ({"modes": [lambda x: x**3, lambda x: x**4]}, r'bending of arm whose curvatures .* Take kn\.mode_shapes\("polynomials", 2\)'),
+    ({"modes": [lambda x: x**3, lambda x: x**4]}, r'bending of arm whose curvatures .* Use kn\.mode_shapes\("polynomials", 2\)'),
     ({"EA": 1.0, "stretch": kn.mode_shapes("legendre", 3)}, r'stretch of arm whose slopes .* got legendre.*\("rod", 3\)'),
     ({"GJ": 1.0, "polar": 1.0, "torsion": kn.mode_shapes("polynomials", 1)}, "twist of arm whose slopes do not all vanish"),
     ({"GJ": 1.0, "torsion": 1}, "polar=moment of inertia about the axis per length of arm"),
@@ -198,11 +198,11 @@ def test_functions_and_tapers_of_any_scale_are_one_beam(form: str, scale: float)
 
 
 def test_a_taper_with_steps_is_told() -> None:
-    with pytest.warns(kn.KaneWarning, match="Say where: breaks="):
+    with pytest.warns(kn.KaneWarning, match="Give the positions of the steps: breaks="):
         kn.tapered(1.0, stepped)
     with pytest.warns(kn.KaneWarning, match=r"smooth from ξ = 0 to 0\.5"):
         kn.tapered(1.0, stepped, breaks=(0.5,))
-    with pytest.raises(kn.ModelError, match="places ξ between 0 and 1"):
+    with pytest.raises(kn.ModelError, match="positions ξ between 0 and 1"):
         kn.tapered(1.0, stepped, breaks=(0.0, 0.3))
     with pytest.raises(kn.ModelError, match=r"the taper to take an array of ξ.*ValueError"):
         kn.tapered(1.0, lambda x: 1.0 if x < 0.3 else 0.5)

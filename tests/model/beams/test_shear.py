@@ -77,7 +77,7 @@ def test_functions_that_would_lock_the_root(rng: np.random.Generator) -> None:
     ("more", "text"),
     [
         ({"shear": 40.0}, "Expected rotary=moment of inertia of a section per length of beam, which shears, got none"),
-        ({"shear_modes": 2}, "Expected k_s G A of beam as its shear=, got functions alone"),
+        ({"shear_modes": 2}, "Expected k_s G A of beam as its shear=, got only functions"),
         ({"shear": -1.0, "rotary": 0.1}, "Expected shear of beam above zero, got -1"),
         ({"shear": 1.0, "rotary": 0.0}, "Expected rotary of beam above zero, got 0"),
         ({"shear": (1.0, 2.0), "rotary": 0.1}, "Expected one shear= of beam, which bends along one direction, got two"),
@@ -88,11 +88,11 @@ def test_functions_that_would_lock_the_root(rng: np.random.Generator) -> None:
         ),
         (
             {**SHEAR, "shear_modes": kn.mode_shapes("polynomials", 4)},
-            r'do not all vanish at the root, which is held, got polynomials.* Take kn.mode_shapes\("rod polynomials", 4\)',
+            r'do not all vanish at the root, which is constrained, got polynomials.* Use kn.mode_shapes\("rod polynomials", 4\)',
         ),
         (
             {**SHEAR, "support": "pinned", "shear_modes": kn.mode_shapes([lambda x: x * (1 - x) ** 2])},
-            r'do not all vanish at the tip, which is held, got own functions.* Take kn.mode_shapes\("pinned", 1\)',
+            r'do not all vanish at the tip, which is constrained, got own functions.* Use kn.mode_shapes\("pinned", 1\)',
         ),
         ({**SHEAR, "damping": {"ratio": 0.1}}, r"Expected damping= of beam, which shears, as \{\"stiffness\": β\}"),
         ({**SHEAR, "shear_modes": "rod"}, "Expected shear_modes= of beam as a number of functions, rod polynomials"),

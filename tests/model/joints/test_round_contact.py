@@ -216,9 +216,9 @@ def test_what_is_no_round_contact() -> None:
         at(radius=-0.1)
     with pytest.raises(kn.ModelError, match=r"radii of 'c' that are not both zero"):
         at(radius=0, other_radius=0)
-    with pytest.raises(kn.ModelError, match=r"an other radius of 'c' above its own"):
+    with pytest.raises(kn.ModelError, match=r"the radius of the hollow body of 'c' above that of the sphere"):
         at(radius=0.5, inside=True)
     with pytest.raises(kn.ModelError, match=r"an axis of a frame as the pole of 'c'"):
         at(pole=0.6 * N.x + 0.8 * N.y)
-    with pytest.raises(kn.ModelError, match="apart from the other body's middle"):
+    with pytest.raises(kn.ModelError, match="apart from that of the other body"):
         kn.joints.sphere_on_sphere("c", N, O, N, O, radius=0.1, other_radius=0.3)

@@ -105,7 +105,7 @@ def test_a_matrix_far_wider_than_the_page_is_written_by_entries(tmp_path: Path) 
 def test_figures_lie_beside_and_foreign_files_stay(tmp_path: Path) -> None:
     """A report is replaced by one in the same format, a figure by a figure, nothing else."""
     (tmp_path / "disk-sketch.pdf").write_text("mine")
-    with pytest.raises(kn.errors.ArgumentError, match="something else in it"):
+    with pytest.raises(kn.errors.ArgumentError, match="other contents"):
         kn.report(derived()[1], tmp_path / "disk.tex")
     assert (tmp_path / "disk-sketch.pdf").read_text() == "mine"
     assert not (tmp_path / "disk.tex").exists()

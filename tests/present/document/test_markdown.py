@@ -71,5 +71,5 @@ def test_the_format_is_the_ending_or_said(tmp_path: Path) -> None:
         kn.report(eom, tmp_path / "disk", format="latx")
     made = kn.report(eom, tmp_path / "disk", format="markdown").read_text(encoding="utf-8")
     assert made.startswith("<!-- A report of kane ")
-    with pytest.raises(kn.errors.ArgumentError, match="something else in it"):
+    with pytest.raises(kn.errors.ArgumentError, match="other contents"):
         kn.report(eom, tmp_path / "disk", format="latex")

@@ -156,7 +156,7 @@ def test_what_is_no_shape_is_refused(tmp_path: Any) -> None:
         shape("cones", top)
     with pytest.raises(ModelError, match="Expected radius, height for a cone, got radius"):
         shape("cone", top, radius=1)
-    with pytest.raises(ModelError, match="Expected a place for the box"):
+    with pytest.raises(ModelError, match="Expected a position of the box"):
         shape("box", a=1, b=1, c=1)
     with pytest.raises(ModelError, match="unit vector"):
         shape("cone", top, radius=1, height=1, axis=2 * top.frame.z)

@@ -387,5 +387,5 @@ def test_kane_cpu_names_a_lesser_processor(monkeypatch):
 
 def test_kane_cpu_must_be_one_that_this_processor_can_stand_for(monkeypatch):
     monkeypatch.setenv("KANE_CPU", "pentium")
-    with pytest.raises(kn.KaneError, match=r"KANE_CPU as a processor that .* can stand for, one of .*, got 'pentium'"):
+    with pytest.raises(kn.KaneError, match=r"KANE_CPU as a processor whose code .* can run, one of .*, got 'pentium'"):
         machine.host.__wrapped__()

@@ -409,9 +409,7 @@ class TestWhere:
             monkeypatch.delenv(name, raising=False)
         monkeypatch.setattr(pwd, "getpwuid", missing)
         monkeypatch.chdir(tmp_path)
-        with pytest.warns(
-            KaneWarning, match="Expected this user to have a home folder .*nothing is kept. Set KANE_CACHE"
-        ):
+        with pytest.warns(KaneWarning, match="Expected a home folder of this user .*nothing is cached. Set KANE_CACHE"):
             store.write(KEY, IMAGE)
         with pytest.warns(KaneWarning, match="home folder"):
             assert store.read(KEY) is None

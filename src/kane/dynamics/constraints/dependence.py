@@ -236,7 +236,7 @@ def _check_affine(system: System) -> None:
     names = [conditions.names[k] for k, x in zip(plain, against, strict=True) if x]
     if names:
         raise ModelError(
-            f"Expected configuration constraints that can hold together, got {', '.join(map(repr, names))}, which contradict each "
+            f"Expected consistent configuration constraints, got {', '.join(map(repr, names))}, which contradict each "
             "other at every configuration. Leave one of them out, or correct it."
         )
 
@@ -270,12 +270,12 @@ def _redundancy(left_out: Sequence[int], rows: ConstraintRows, a: Array) -> str:
         return ""
     speeds = a.shape[1]
     free = speeds - (len(a) - len(left_out))
-    driven = " but as the constraints prescribe" if any(x is not ZERO for x in rows.b) else ""
+    driven = " except as the constraints prescribe" if any(x is not ZERO for x in rows.b) else ""
     rest = (
-        "The motion is determined all the same; the forces that hold the parts are not, one by one."
+        "The motion is determined nevertheless; the individual constraint forces are not."
         if free
-        else f"The constraints leave none of {speeds} speeds free: nothing can move{driven}, and the forces that hold the parts are "
-        "not determined one by one."
+        else f"The constraints leave none of {speeds} speeds free: nothing can move{driven}, and the individual constraint forces are "
+        "not determined."
     )
     told = []
     for together in _groups(a):
@@ -308,8 +308,8 @@ def _check_asked(system: System, dependent: Sequence[Constraint], a: Array, rele
         held = [constraint_of(r) for r in undetermined]
         asked = [str(r) if c is None else f"{r} ({c.name})" for r, c in zip(undetermined, held, strict=True)]
         raise ReactionError(
-            f"Expected reactions that the motion determines, got {', '.join(asked)}: the {_named(dependent)}, so that the forces that "
-            f"hold the parts are not determined one by one. {_without(system, a, [c for c in held if c is not None])}"
+            f"Expected reactions that are uniquely determined, got {', '.join(asked)}: the {_named(dependent)}, so that the "
+            f"individual constraint forces are not determined. {_without(system, a, [c for c in held if c is not None])}"
         )
 
 
@@ -323,8 +323,8 @@ def _without(system: System, a: Array, asked: Sequence[Constraint]) -> str:
     left = [k for k in order if k not in kept]
     names = ", ".join(repr(system.constraints[k].name) for k in left)
     if any(system.constraints[k] in asked for k in left):
-        return f"Model what gives way, or leave out {names} and ask for the others only."
-    return f"Leave out {names}, so that the others carry what they held, or model what gives way."
+        return f"Leave out {names} and ask only for the other reactions, or model the compliance of the parts."
+    return f"Leave out {names}, so that the other constraints carry the load, or model the compliance of the parts."
 
 
 def _not_closed(system: System, dependent: Sequence[Constraint], found: Configurations) -> str:
@@ -339,17 +339,19 @@ def _not_closed(system: System, dependent: Sequence[Constraint], found: Configur
     return (
         f"Expected configuration constraints that some configuration satisfies, got none from {found.starts} starts"
         f"{f' at each of t = {when}' if when else ''}"
-        f"{f' with {assumed[0]}' if assumed else ''}: {worst!r} resists most, by {left:.3g}"
+        f"{f' with {assumed[0]}' if assumed else ''}: the largest residual is {left:.3g}, of {worst!r}"
         f"{', then ' + ', '.join(repr(name) for name, _ in more[:3]) if more else ''}. "
         f"{f'The {_named(dependent)} at a random configuration too. ' if dependent else ''}"
-        "They may contradict each other, or the parts not reach: correct the lengths, or leave out what is too much. "
-        "kn.assemble(eom, q=…, parameters=…) says whether other values or starts do."
+        "They may contradict each other, or the parts may not fit together: correct the lengths, or leave out a constraint. "
+        "kn.assemble(eom, q=…, parameters=…) tries other values or starts."
     )
 
 
 def _named(dependent: Sequence[Constraint]) -> str:
     names = ", ".join(repr(c.name) for c in dependent)
-    return f"constraints {names} depend on each other" if len(dependent) > 1 else f"constraint {names} holds by itself"
+    return (
+        f"constraints {names} depend on each other" if len(dependent) > 1 else f"constraint {names} is always satisfied"
+    )
 
 
 def _contradiction(constraints: Sequence[Constraint], rows: ConstraintRows, elsewhere: bool) -> str:
@@ -358,12 +360,12 @@ def _contradiction(constraints: Sequence[Constraint], rows: ConstraintRows, else
     symbols = free_symbols(x for k in held for x in (*rows.a.rows[k], rows.b[k]))
     chosen = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
     names = ", ".join(repr(c.name) for c in constraints)
-    wrong = f"constraints that speeds can satisfy together, got {names}, which hold the same combination of speeds at different values"
+    wrong = f"constraints that speeds can satisfy together, got {names}, which give the same combination of speeds different values"
     if not chosen and elsewhere:
         raise ModelError(f"Expected {wrong}. Leave one of them out, or correct it.")
-    values = f"{', '.join(chosen)} (defaults, where there are any)" if chosen else "coordinates"
+    values = f"{', '.join(chosen)} (defaults, where declared)" if chosen else "coordinates"
     return (
-        f"Expected {wrong} with the values of {values} that they were compared at. Give values at which they agree, leave one of the "
+        f"Expected {wrong} at the values of {values} used for the comparison. Give values at which they agree, leave one of the "
         "constraints out, or correct it."
     )
 

@@ -74,15 +74,15 @@ class Embedding:
     solve: Callable[[], DependentSpeeds]
     beside: Guards = field(default_factory=dict)
 
-    solution = read[DependentSpeeds](lambda e: e.solve(), "What the dependent speeds and their rates follow by.")
+    solution = read[DependentSpeeds](lambda e: e.solve(), "The solution for the dependent speeds and their rates.")
     a_n = read[Matrix](lambda e: e.solution.a_n, "A_n of u_D = A_n u_I + A_na u_a + b_n.")
     a_na = read[Matrix](lambda e: e.solution.a_na, "A_na of u_D = A_n u_I + A_na u_a + b_n.")
     b_n = read[tuple[Expr, ...]](lambda e: e.solution.b_n, "b_n of u_D = A_n u_I + A_na u_a + b_n.")
     c = read[tuple[Expr, ...]](lambda e: e.solution.c(), "c_D of u̇_D = A_n u̇_I + c_D.")
-    divisors = read[tuple[Divisor, ...]](lambda e: e.solution.divisors, "What the constraints are solved by.")
+    divisors = read[tuple[Divisor, ...]](lambda e: e.solution.divisors, "The solver of the constraints.")
     guards = read[Guards](
         lambda e: {**e.beside, **e.solution.guards},
-        "The sizes of the divisors, of their factors, and of what else results divide by.",
+        "The sizes of the divisors, of their factors, and of other divisors of the results.",
     )
 
     @property
@@ -92,7 +92,7 @@ class Embedding:
 
     transposed = read[SquareSolver](
         lambda e: square(e.rows.a.take(e.partition.rows, e.partition.dependent).T.rows),
-        "The solver with A_Dᵀ: of its own, for it has other expressions wherever a factor is a quotient.",
+        "The solver with A_Dᵀ, separate because its expressions differ wherever a factor is a quotient.",
     )
 
     def multipliers(self, residual: Sequence[Expr]) -> tuple[Expr, ...]:
@@ -194,7 +194,7 @@ _HOLDS = 1e-2
 """Share above which a row holds more: beside a place where branches meet it is the root of what a closed state may leave open."""
 
 
-class LeftOut(NamedTuple):
+class RedundantRow(NamedTuple):
     """A redundant row: the largest entry of A_R,I + A_R,D A_n (`beyond`), and the `limit` below which the row follows."""
 
     constraint: Constraint
@@ -206,7 +206,7 @@ class LeftOut(NamedTuple):
 class Watch:
     """The redundant rows, and the residual `open` of the configuration constraints, scaled to be below 1 if they are closed."""
 
-    rows: tuple[LeftOut, ...]
+    rows: tuple[RedundantRow, ...]
     open: Expr
 
     def guarding(self) -> tuple[Callable[[Expr], Expr], dict[Expr, Constraint]]:
@@ -238,7 +238,7 @@ def watch(embedding: Embedding, compared: Compared, conditions: Manifold) -> Wat
         beyond = largest(add(x, dot(by_dependent.rows[k], column)) for x, column in pairs)
         terms = largest(add(absolute(x), dot(sizes, list(map(absolute, column)))) for x, column in pairs)
         limit = mul(constant(_HOLDS), largest([terms, constant(float(usual[k]))]))
-        found.append(LeftOut(rows.constraints[r], beyond, limit))
+        found.append(RedundantRow(rows.constraints[r], beyond, limit))
     reach = compared.reach(conditions)
     off = largest(div(f, constant(float(CLOSED_NEARLY * r))) for f, r in zip(conditions.f, reach, strict=True) if r > 0)
     return Watch(tuple(found), off)

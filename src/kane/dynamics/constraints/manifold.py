@@ -471,8 +471,8 @@ def numbers_near(system: System, near: Mapping[Any, Any] | Sequence[float]) -> d
     known: tuple[Symbol, ...] = system.coordinates
     if isinstance(near, Mapping):
         known = (*known, *system.parameters, *system.inputs, time)
-    given = named_values("coordinates, parameters, inputs and t, near= which the motion is,", known, near)
-    return {s: finite_number("value near= which the motion is", s.name, given[s]) for s in known if s in given}
+    given = named_values("coordinates, parameters, inputs and t in near=", known, near)
+    return {s: finite_number("value in near=", s.name, given[s]) for s in known if s in given}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -587,11 +587,11 @@ class _ConfigurationSearch:
         if len(elsewhere):
             way = zip(self.system.coordinates, elsewhere[0], strict=True)
             there = ", ".join(f"{q} = {v:.6g}" for q, v in way)
-            why = f"one that was found lies at {there}. Give that, if it is on the branch that is meant"
+            why = f"the configuration found is {there}. Give that one if it is on the intended branch"
         else:
             ((worst, left), *_) = self._missed(reached)
-            why = f"{worst!r} resists most, by {left:.3g}. Give a place nearer to a configuration"
+            why = f"the largest residual is {left:.3g}, of {worst!r}. Give values closer to a configuration that satisfies them"
         return (
-            f"Expected a place near= at which the constraints nearly hold, got {told}, from which none is reached: {why}"
+            f"Expected near= at which the constraints nearly hold, got {told}, from which no such configuration is reached: {why}"
             f"{f', and values of {drawn}, which were drawn at random' if drawn else ''}."
         )

@@ -66,7 +66,7 @@ def rigid_body(inertias: Inertias, link: Link, shift: Triple = NOTHING) -> Rigid
             continue
         own = arm.components(link.basis)
         if not is_constant_in_time((part.mass, *own)):
-            raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
+            raise Unsuited(f"{part.name}, whose mass or mass centre is not constant in it")
         inertia = inertias[part.name, part.mass_center]
         body = body.plus(_rigid(part, summed(own, shift), inertia, link.basis))
     return body
@@ -88,7 +88,7 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
     for f in down:
         rows = Turn(f, inverse=True).up_symmetric(rows)
     if not is_constant_in_time(x for row in rows for x in row):
-        raise Unsuited("an inertia that moves in its body")
+        raise Unsuited("an inertia that is not constant in its body")
     return rows
 
 
@@ -102,7 +102,7 @@ def regrouped(
     own = list(bodies)
     flat = {} if crossed else _flat(steps)
     for i, axis in flat.items():
-        own[i] = _felt(own[i], axis)
+        own[i] = _about_axis(own[i], axis)
     tips = {i: tip for i, tip in _tips(steps).items() if tip not in crossed} if balanced else {}
     at_tip: dict[int, Expr] = {}
     for i in reversed(range(1, len(steps))):
@@ -121,7 +121,7 @@ def regrouped(
         moved = moved.moved(step.arm)
         for turn in reversed(step.lead):
             moved = moved.turned(turn)
-        own[step.parent] = own[step.parent].plus(_felt(moved, flat[i]) if i in flat else moved)
+        own[step.parent] = own[step.parent].plus(_about_axis(moved, flat[i]) if i in flat else moved)
     return own
 
 
@@ -135,7 +135,7 @@ def _flat(steps: Sequence[JointStep]) -> dict[int, int]:
     return result
 
 
-def _felt(body: Rigid, axis: int) -> Rigid:
+def _about_axis(body: Rigid, axis: int) -> Rigid:
     """A body with the entries that matter for rotations about one axis; the others are zero."""
     rows = [[ZERO] * 3 for _ in range(3)]
     rows[axis][axis] = body.j[axis][axis]
@@ -163,9 +163,10 @@ def _balanced(step: JointStep, body: Rigid, held: Expr, arm: Triple, axis: int |
         return body.plus(Rigid(held, NOTHING, NO_ROWS).moved(arm)) if held is not ZERO else body, ZERO
     own = along[0]
     less = mul(neg(mass), dot(arm, arm))
-    felt = (0, 1, 2) if axis is None else (axis,)
+    counted = (0, 1, 2) if axis is None else (axis,)
     j = [
-        [add(x, less) if a == b != own and a in felt else x for b, x in enumerate(row)] for a, row in enumerate(body.j)
+        [add(x, less) if a == b != own and a in counted else x for b, x in enumerate(row)]
+        for a, row in enumerate(body.j)
     ]
     h = triple([ZERO if k == own else x for k, x in enumerate(body.h)])
     short = {x: collected(x) for x in dict.fromkeys(chain.from_iterable(j))}

@@ -32,7 +32,7 @@ from kane.model.constraints import Constraint
 from kane.space.frame import Frame, Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector
-from kane.tree.articulated import Articulated, Pressed
+from kane.tree.articulated import Articulated, PropagatedForce
 from kane.tree.composite import Composite
 from kane.tree.sweeps import velocities
 from kane.tree.triples import centripetal, summed
@@ -53,12 +53,12 @@ class TreeConstraints:
         """The rows whose forces act at points fixed in segments."""
         return {r for r in rows if stands(self.derived.constraints.constraints[r], self.segments)}
 
-    def row(self, r: int) -> tuple[Pressed, Expr]:
+    def row(self, r: int) -> tuple[PropagatedForce, Expr]:
         """The effect of a unit multiplier on the elimination, and the second derivative of the constraint at u̇° of the free tree."""
         c = self.derived.constraints.constraints[r]
         return self._standing(c) if stands(c, self.segments) else self._general(r)
 
-    def _standing(self, c: Constraint) -> tuple[Pressed, Expr]:
+    def _standing(self, c: Constraint) -> tuple[PropagatedForce, Expr]:
         kinematics, inertial = self.derived.kinematics, self.derived.system.inertial
         aligned, turning = kinematics.aligned.vector, kinematics.turning
         pulls, twists = [(at, aligned(v)) for at, v in c.forces], [(at, aligned(v)) for at, v in c.torques]
@@ -73,7 +73,7 @@ class TreeConstraints:
         changes = self._placed([(at, turning(v)) for at, v in pulls], [(at, turning(v)) for at, v in twists])
         fall = sum((v for at, v in pulls if self.segments.place(at)[0]), start=Vector())
         total = sub(add(total, self._power(changes)), dot(fall.gathered().components(inertial), self.ground))
-        return self._pressed({}, together(acting)), total
+        return self._propagated({}, together(acting)), total
 
     def _placed(self, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]) -> list[Placed]:
         return list(placed(self.derived.kinematics.aligned, self.segments, forces, torques))
@@ -105,16 +105,16 @@ class TreeConstraints:
         found = velocities(self.tree.segments, self.freed.moving)
         return [self.tree.along_b(step, found[home]) for step, home in enumerate(self.tree.home)]
 
-    def _pressed(self, forces: Mapping[int, Expr], loads: Mapping[int, SpatialForce]) -> Pressed:
+    def _propagated(self, forces: Mapping[int, Expr], loads: Mapping[int, SpatialForce]) -> PropagatedForce:
         """The effect of generalized forces and of wrenches, along B, on the elimination."""
-        return self.freed.press(forces, {self.tree.home[i]: self.tree.wrench(i, w) for i, w in loads.items()})
+        return self.freed.propagate(forces, {self.tree.home[i]: self.tree.wrench(i, w) for i, w in loads.items()})
 
-    def _general(self, r: int) -> tuple[Pressed, Expr]:
+    def _general(self, r: int) -> tuple[PropagatedForce, Expr]:
         rows, speeds = self.derived.constraints, self.derived.speeds
         row: dict[Expr, Expr] = {u: c for u, c in zip(speeds, rows.a.rows[r], strict=True) if c is not ZERO}
         own = transposed(row, [x for x, _ in self.freed.free.rows], self.derived.kinematics.speeds)
         rate = add(rows.drift[r], dot(list(row.values()), [self._accelerations[u] for u in row]))
-        return self._pressed(own, {}), rate
+        return self._propagated(own, {}), rate
 
     @cached_property
     def _accelerations(self) -> dict[Expr, Expr]:
@@ -126,7 +126,7 @@ def _known(f: Expr, rate: Expr) -> dict[Expr, Expr]:
     return {f.args[0]: neg(rate)} if f.op is NEG else {f: rate}
 
 
-def products(d: Sequence[Expr], forces: Sequence[Pressed]) -> list[list[Expr]]:
+def products(d: Sequence[Expr], forces: Sequence[PropagatedForce]) -> list[list[Expr]]:
     """A M⁻¹ Aᵀ (m × m), from the pivots D and the effects of unit multipliers."""
     over = [[x if x is ZERO else div(x, p) for x, p in zip(each.shares, d, strict=True)] for each in forces]
     return [[dot(each.shares, y) for y in over] for each in forces]

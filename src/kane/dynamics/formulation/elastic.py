@@ -53,13 +53,13 @@ class Bent:
 
     def elastic(self, i: int, rates: Sequence[Expr]) -> Elastic:
         """The spatial inertia of segment i's flexible parts as a function of ω and ω·ω, along B, with the forces on `rates`."""
-        pressed = {b: Column(force=neg(self.forces[b])) for b in rates if b in self.forces}
+        applied = {b: Column(force=neg(self.forces[b])) for b in rates if b in self.forces}
 
-        def felt(w: Triple, square: Expr) -> SpatialInertia:
-            own = felt_of(self.bodies[i], w, square) if i in self.bodies else NO_INERTIA
-            return own._replace(columns=joined(own.columns, pressed))
+        def inertia(w: Triple, square: Expr) -> SpatialInertia:
+            own = inertia_of(self.bodies[i], w, square) if i in self.bodies else NO_INERTIA
+            return own._replace(columns=joined(own.columns, applied))
 
-        return felt
+        return inertia
 
 
 def bending_bodies(
@@ -91,7 +91,7 @@ def _masses(parts: Sequence[Carried]) -> Rows:
     return [{numbers[p]: mass for p, mass in part.momenta} for part, _ in parts]
 
 
-def felt_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
+def inertia_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
     """The spatial inertia of the parts about the origin, with the wrench and forces at zero acceleration, at angular velocity ω."""
     places, moves = body.places, body.moves
     p = [_weighed(row, lambda k: places[k]) for row in body.masses]
@@ -103,9 +103,9 @@ def felt_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
                 rows[a][b] = add(rows[a][b], sub(whole if a == b else ZERO, mul(own[a], d[b])))
     mass = sum_of(body.weights)
     h = _weighed(dict(enumerate(body.weights)), lambda k: places[k])
-    pressing = [_swung(body, row, w, square) for row in body.masses]
+    bias_forces = [_swung(body, row, w, square) for row in body.masses]
     n = f = NOTHING
-    for d, force in zip(places, pressing, strict=True):
+    for d, force in zip(places, bias_forces, strict=True):
         n = summed(n, cross3(d, force))
     f = _swung(body, dict(enumerate(body.weights)), w, square)
     columns: dict[Expr, Column] = {}
@@ -114,7 +114,7 @@ def felt_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
             before = columns.get(rate, Column())
             row = dict(_entries(body, k, v))
             wrench = SpatialForce(cross3(p[k], v), times(body.weights[k], v))
-            columns[rate] = before.plus(Column(wrench, row, dot(v, pressing[k])))
+            columns[rate] = before.plus(Column(wrench, row, dot(v, bias_forces[k])))
     m = ((mass, ZERO, ZERO), (ZERO, mass, ZERO), (ZERO, ZERO, mass))
     return SpatialInertia(mirrored(as_rows(rows)), skew(h), m, SpatialForce(n, f), columns)
 

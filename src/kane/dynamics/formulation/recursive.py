@@ -197,7 +197,7 @@ def by_recursion(derived: Derived, carried: Carrying, route: str, partition: Par
     """
     if route != "recursive" or carried.crossings is None:
         if holds_reactions(derived):
-            raise Unsuited("loads that hold reactions" + " which no joint transmits" * (partition is not None))
+            raise Unsuited("loads that contain reactions" + " that no joint transmits" * (partition is not None))
         carried = carried._replace(crossings=None)
     try:
         whole = _accelerated(derived, carried, route, partition)
@@ -214,7 +214,7 @@ def by_recursion(derived: Derived, carried: Carrying, route: str, partition: Par
     result = Solved(route, derived, e, u_dot, (), pivots, matrix, matrix, of_rows=of_rows)
     if not derived.reactions or carried.crossings is None:
         return result
-    return _with_reactions(result, _felt(derived, carried.crossings, whole))
+    return _with_reactions(result, _transmitted_forces(derived, carried.crossings, whole))
 
 
 def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Partition | None) -> _Accelerated:
@@ -226,7 +226,7 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
         raise Unsuited(NO_MASS)
     holding = TreeConstraints(derived, carried.segments, tree, freed, ground)
     pairs = list(map(holding.row, rows))
-    forces = [pressed for pressed, _ in pairs]
+    forces = [force for force, _ in pairs]
     matrix = products(freed.divisors, forces)
     factors = ldl(matrix)
     solution = factors.solve([neg(right) for _, right in pairs])
@@ -237,7 +237,9 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
     return _Accelerated(passed, transmitted, multipliers, factors.pivots, sizes, holding.placed(rows))
 
 
-def _felt(derived: Derived, across: Sequence[ReactionDirection | None], whole: _Accelerated) -> list[Expr]:
+def _transmitted_forces(
+    derived: Derived, across: Sequence[ReactionDirection | None], whole: _Accelerated
+) -> list[Expr]:
     """G_a R by reaction: the transmitted component, less that of the constraint forces on the far side."""
     result = []
     for a, crossing in enumerate(across):

@@ -135,7 +135,7 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
         try:
             found = by_recursion(derived, carrying(derived, shared=True), route, partition)
             if not has_no_poles(derived, found):
-                raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
+                raise Unsuited("speeds whose W has poles that the velocities in these speeds do not have")
             return _finished(derived, found)
         except Unsuited as why:
             raise ModelError(
@@ -420,6 +420,6 @@ def solved(derived: Derived, partition: Partition | None, route: str = "shortest
     try:
         solution = ROUTES[route](derived, partition)
     except SingularError as error:
-        raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
+        raise ReactionError(f"Expected linearly independent reactions: {error}") from error
     check_reactions_independent(derived.system, derived.reactions, solution.reaction_matrix)
     return solution

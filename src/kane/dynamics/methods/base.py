@@ -68,7 +68,7 @@ class Formulation(Immutable):
 
 _SINGULAR = (
     "Expected every coordinate to move a mass, got a mass matrix of the q̇ that is singular everywhere: a coordinate moves none, or "
-    "some depend on each other, as Euler parameters. Kane's method, eom.by('kane'), or Lagrange's, eom.by('lagrange'), may take them."
+    "some depend on each other, as Euler parameters do. Use Kane's method, eom.by('kane'), or Lagrange's, eom.by('lagrange')."
 )
 
 

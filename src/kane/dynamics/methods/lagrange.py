@@ -174,8 +174,8 @@ def boltzmann_hamel(s: InRates) -> Formulation:
     d, p = s.derived, s.partition
     if d.system.euler_parameters:
         raise ModelError(
-            "Expected coordinates of which none depend on each other, got Euler parameters: Hamel's coefficients are defined by "
-            "independent ones. Orient the frame by three angles, or read eom.by('lagrange')."
+            "Expected independent coordinates, got Euler parameters: Hamel's coefficients are defined for independent ones. Orient "
+            "the frame by three angles, or use eom.by('lagrange')."
         )
     u_dot = tuple(map(rate, d.speeds))
     held = None

@@ -58,14 +58,14 @@ def formulation(solved: Solved, method: str) -> Formulation:
         return kane(solved)
     if solved.derived.states:
         raise ModelError(
-            f"Expected a system of coordinates and speeds alone for {cut(method)!r}, got the further states "
-            f"{', '.join(map(str, solved.derived.states))}, which stand beside the equations of motion. Give their values as inputs, "
+            f"Expected a system without further states for {cut(method)!r}, got "
+            f"{', '.join(map(str, solved.derived.states))}, which are not part of the equations of motion. Declare them as inputs, "
             "kn.input, to compare methods."
         )
     if holds_reactions(solved.derived):
         raise ModelError(
-            "Expected loads that hold no reaction, got friction or another one: methods that eliminate constraint forces from the "
-            "start have no place for it. Kane's, with the reaction in evidence, solves for both: read eom itself."
+            "Expected loads that contain no reaction, got friction or another one that does: methods that eliminate constraint forces "
+            "from the start do not determine it. Kane's, with the reaction in evidence, solves for both: use eom itself."
         )
     partition = None if solved.embedding is None else solved.embedding.partition
     return OTHERS[method](InRates(solved.derived, partition))

@@ -195,7 +195,7 @@ def _reason(derived: Derived, terms: Sequence[LoadTerm], speeds: Sequence[Expr])
         return f"no speed moves {places}: all partial velocities there are zero"
     if vanish([x for row in shares for x in row], derived):
         return f"perpendicular to the partial velocities of {places}"
-    return f"what is contributed at {places} adds up to zero: action and reaction, where nothing moves along them"
+    return f"the contributions at {places} add up to zero: action and reaction without relative motion along them"
 
 
 def inertia_forces(derived: Derived, body: Body) -> ForceSystem:

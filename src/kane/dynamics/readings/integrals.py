@@ -133,7 +133,9 @@ def _energies(solved: Solved, derived: Derived) -> Iterator[Integral]:
                 continue
     said = f", those of {', '.join(found)} found" if found else ""
     total = add(energy.whole_kinetic_energy(solved), v)
-    yield Integral("energy", total, f"K + V: what does work has a potential energy{said}, and nothing is prescribed")
+    yield Integral(
+        "energy", total, f"K + V: all loads that do work have a potential energy{said}, and no motion is prescribed"
+    )
     k, q_dot = InRates(derived).declared_kinetic_energy, tuple(map(rate, derived.system.coordinates))
     twice = ZERO
     for r, p in zip(q_dot, gradient(k, q_dot), strict=True):
@@ -142,7 +144,7 @@ def _energies(solved: Solved, derived: Derived) -> Iterator[Integral]:
     yield Integral(
         "Hamiltonian",
         hamiltonian,
-        f"K₂ − K₀ + V by the rates: all forces have a potential energy{said}, and L does not hold the time",
+        f"K₂ − K₀ + V by the rates: all forces have a potential energy{said}, and L does not depend on time",
     )
 
 

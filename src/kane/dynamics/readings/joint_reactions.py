@@ -100,7 +100,7 @@ def _looked_up(system: System, place: Any) -> Joint | Point | Frame | tuple[Cons
     strangers = [getattr(c, "name", None) or cut(repr(c)) for c in wanted if c not in set(system.constraints)]
     if strangers or not wanted:
         raise ReactionError(
-            f"Expected a joint, a point, a frame, constraints of the system or a name to find the reaction at, got "
+            f"Expected a joint, a point, a frame, constraints of the system or a name at which to find the reaction, got "
             f"{', '.join(strangers) or 'nothing'}."
         )
     return wanted
@@ -140,9 +140,7 @@ def _far_side(derived: Derived, place: Joint | Point | Frame) -> _FarSide:
         arm = partial(_turned_arm, turned=turned)
         side = _FarSide(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
     if not any(_holds(side, b) for b in derived.bodies):
-        raise ReactionError(
-            f"Expected a body on the far side of {place.name}, got none: nothing is reached through it."
-        )
+        raise ReactionError(f"Expected a body on the far side of {place.name}, got none: no body is placed from it.")
     return side
 
 
@@ -153,9 +151,11 @@ def _holds(side: _FarSide, b: Moving) -> bool:
 def _check_cut(place: Point | Frame) -> None:
     if place.parent is None or (isinstance(place, Point) and place.body is not None):
         what = (
-            "a root, which has no near side" if place.parent is None else "a particle, through which nothing is reached"
+            "a root, which has no near side" if place.parent is None else "a particle of a body, which has no far side"
         )
-        raise ReactionError(f"Expected a place between two sides to find the reaction at, got {place.name}, {what}.")
+        raise ReactionError(
+            f"Expected a point or frame between two bodies at which to find the reaction, got {place.name}, {what}."
+        )
 
 
 def _through_point(point: Point) -> Callable[[Point], bool]:
@@ -180,9 +180,11 @@ def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
 def _check_body_frames(system: System, side: _FarSide) -> None:
     for name, center, frame in _extended(system):
         if side.has_point(center) != side.has_frame(frame):
-            by = "its point, but not its frame" if side.has_point(center) else "its frame, but not its point"
+            placed = (
+                "its point, but not from its frame" if side.has_point(center) else "its frame, but not from its point"
+            )
             raise ReactionError(
-                f"Expected each body on one side of the joint {side.name!r}, got {name}, which is reached through {by}. Build "
+                f"Expected each body on one side of the joint {side.name!r}, got {name}, which is placed from {placed}. Build "
                 "its mass centre on joint.point and its frame on joint.frame."
             )
 
@@ -203,8 +205,8 @@ def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Ca
             return sides[owner]
         if frame in between and frame.parent is not None:
             raise ReactionError(
-                f"Expected torques on frames of bodies to find the torque at the point {point.name}, got one on {frame.name}, of "
-                "which it is not known which side it belongs to. Ask at a joint, or give the frame a body."
+                f"Expected torques on frames of bodies to find the torque at the point {point.name}, got one on {frame.name}, which "
+                "belongs to no body, so that its side is unknown. Ask for the reaction at a joint, or give the frame a body."
             )
         return False
 
@@ -220,7 +222,7 @@ def _balance(solved: Solved, side: _FarSide) -> JointReaction:
     def share(c: Constraint) -> tuple[Vector, Vector]:
         return _gathered(side, c.forces, c.torques)
 
-    check_placed(f"reaction {side.name} feels", derived.system.constraints, _CLOSED)
+    check_placed(f"reaction {side.name} contains", derived.system.constraints, _CLOSED)
     _check_determinate(solved, side.name, share)
     moved = [(b.part.mass_center, acceleration_form(m) * mass) for b in derived.bodies for m, mass in b.momenta]
     rotations = [b.rotation for b in derived.bodies if b.rotation is not None]
@@ -250,7 +252,7 @@ def _gathered(
 def _closure(solved: Solved, constraints: tuple[Constraint, ...]) -> JointReaction:
     """The resultant of constraint forces on the point of the first force, and on the frame of the first pure torque."""
     name = _common_name([c.name for c in constraints])
-    check_placed(f"reaction {name} feels", constraints, _CLOSED)
+    check_placed(f"reaction {name} contains", constraints, _CLOSED)
     points = {c.forces[0][0]: c for c in constraints if c.forces}
     frames = {c.torques[0][0]: c for c in constraints if c.torques and not c.forces}
     both: tuple[Mapping[Any, Constraint], ...] = (points, frames)
@@ -309,7 +311,7 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     parts = np.abs(combinations[changed]).max(axis=0)
     blamed = [c.name for c, x in zip(constraints, parts, strict=True) if x > ROUNDED_ROOT]
     raise ReactionError(
-        f"Expected a reaction that the motion determines, got {name!r}: it feels the constraints {', '.join(map(repr, blamed))}. "
-        "They depend on each other, so that the forces that hold them are not determined one by one. Leave out redundant ones, or "
-        "model what gives way."
+        f"Expected a reaction that is uniquely determined, got {name!r}: it contains the forces of the constraints "
+        f"{', '.join(map(repr, blamed))}, which depend on each other, so that their individual forces are not determined. Leave out "
+        "redundant constraints, or model the compliance of the parts."
     )

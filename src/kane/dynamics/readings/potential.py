@@ -128,8 +128,8 @@ def _not_allowed(names: str, q: Sequence[Coordinate], at: Place) -> str:
     where = ", ".join(f"{s} = {at[s]:.4g}" for s in q)
     return (
         f"Expected forces with a potential energy, got {names}, which have none along the motions that the constraints allow: "
-        f"about {where} their work depends on the way, whatever forces of constraints are added. Name the other loads, "
-        "eom.find_potential([…]); what these do is power."
+        f"near {where} their work depends on the path, whatever constraint forces are added. Pass only the other loads, "
+        "eom.find_potential([…]); the work of these counts as power."
     )
 
 
@@ -256,8 +256,8 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
         except KaneError:
             continue
     raise PotentialError(
-        f"Expected a potential energy under the constraints, got none for {_names(own)}: they may let one exist, but no forces of "
-        "constraints were found that leave it over. Declare it: Load(…, potential=V) is compared with the forces."
+        f"Expected a potential energy under the constraints, got none for {_names(own)}: one may exist, but no constraint "
+        "forces were found with which the forces have one. Declare it: Load(…, potential=V) is compared with the forces."
     )
 
 
@@ -272,7 +272,7 @@ def _load_named(derived: Derived, load: Any) -> Load:
     if len(found) == 1:
         return found[0]
     names = ", ".join(x.name for x in written) or "none"
-    got = f"{name!r}, which {len(found)} of them are called. Give the load itself" if found else cut(repr(load))
+    got = f"{name!r}, the name of {len(found)} of them. Give the load itself" if found else cut(repr(load))
     raise PotentialError(f"Expected some of the loads of the system ({names}), got {got}.")
 
 
@@ -291,7 +291,7 @@ def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
             kind = "the reaction" if isinstance(s, Reaction) else "the speed" if isinstance(s, Speed) else "the rate"
             raise PotentialError(
                 f"Expected forces that follow from the coordinates, got {_names(loads)}, which depend on {kind} {s}: they have no "
-                "potential energy. Name the other loads, eom.find_potential([…]); what these do is power."
+                "potential energy. Pass only the other loads, eom.find_potential([…]); the work of these counts as power."
             )
     still: dict[Expr, Expr] = dict.fromkeys(moving, ZERO)
     return tuple(substituted(f, still) for f in forces)
@@ -315,8 +315,8 @@ def _differ(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Arra
     values, wrong = differs(groups, at)
     if np.isfinite(values).all(axis=1).sum() < _LEAST:
         raise PotentialError(
-            "Expected forces with finite derivatives, got infinity or NaN nearly everywhere that was looked at, with coordinates "
-            "between -1.2 and 1.2. Declare the potential: Load(…, potential=V)."
+            "Expected forces with finite derivatives, got infinity or NaN at nearly all sampled states, with coordinates between "
+            "-1.2 and 1.2. Declare the potential: Load(…, potential=V)."
         )
     return values, wrong
 
@@ -328,8 +328,8 @@ def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place
     where = ", ".join(f"{s} = {at[s]:.4g}" for s in q if s in at)
     return (
         f"Expected forces with a potential energy, got {_names(loads)}, which have none: with Q the forces by rates, "
-        f"∂Q_{q[i]}/∂{q[j]} = {left:.6g} but ∂Q_{q[j]}/∂{q[i]} = {right:.6g} at {where}, so that their work depends on the way. Name "
-        "the other loads, eom.find_potential([…]); what these do is power."
+        f"∂Q_{q[i]}/∂{q[j]} = {left:.6g} but ∂Q_{q[j]}/∂{q[i]} = {right:.6g} at {where}, so that their work depends on the path. Pass "
+        "only the other loads, eom.find_potential([…]); the work of these counts as power."
     )
 
 

@@ -50,14 +50,14 @@ def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
             else f"{cut(str(node), 80)}"
         )
         return (
-            f"{load.name} has no value here, {by}. A force along v/|v| has no direction at rest: declare friction, "
+            f"{load.name} is undefined here, {by}. A force along v/|v| has no direction at rest: declare friction, "
             "kn.friction(…, smooth=…) or kn.dry_friction(…, smooth=…), and write a drag as c*v.magnitude()*v, or as "
             "v/sqrt(v.dot(v) + eps^2) with a small eps"
         )
     return ""
 
 
-_NONE_FREE = "The constraints give all speeds: leave them out."
+_NONE_FREE = "The constraints determine all speeds: leave them out."
 
 
 def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
@@ -119,8 +119,8 @@ def check_on_constraints(solved: Solved, names: Sequence[str], numbers: Sequence
 
 
 _CURE = (
-    "It is on another branch of the mechanism than those that were compared: derive with kn.derive(system, near=…) of this "
-    "configuration."
+    "It is on another branch of the mechanism than the configurations that were compared: derive with kn.derive(system, near=…) of "
+    "this configuration."
 )
 
 
@@ -165,7 +165,10 @@ def check_left_out(
         return kept
     first = first_index(wrong)
     names = ", ".join(repr(c.name) for c, x in zip(solved.redundant, rows[first.place], strict=True) if x)
-    told, here = f"{names}, which were left out as redundant and hold more", "this state as where they were compared"
+    told, here = (
+        f"{names}, which were left out as redundant and restrict the motion",
+        "this state as where they were compared",
+    )
     _refuse_or_warn("constraints that follow from the others", told, first, _CURE, here)
     for k in places:
         kept[k] = np.where(wrong, np.nan, kept[k])
@@ -234,7 +237,7 @@ def check_mass_matrix(
         for place, found in open_.items():
             where[place] = bool(found)
         names = ", ".join(f"{solved.derived.speeds[k]}'" for k in free)
-        got = f"one that leaves {names} open"
+        got = f"one that leaves {names} undetermined"
         _refuse_or_warn("a mass matrix that determines u'", got, first_index(where), _OTHER_COORDINATES)
         for k in wrong:
             kept[k] = np.where(where, np.nan, kept[k])
@@ -242,7 +245,7 @@ def check_mass_matrix(
 
 
 _OTHER_COORDINATES = (
-    "Take a state beside it, or choose coordinates that are regular here (another sequence of angles, Euler parameters) or speeds "
+    "Use a nearby state, or choose coordinates that are regular here (another sequence of angles, Euler parameters) or speeds "
     "that need no such division."
 )
 
@@ -274,9 +277,7 @@ def _cure_of_rates(solved: Solved, values: Mapping[Expr, Any]) -> str:
     if others is None:
         return _OTHER_COORDINATES
     names = ", ".join(solved.derived.speeds[k].name for k in others)
-    return (
-        f"Name other dependent speeds, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself."
-    )
+    return f"Name other dependent speeds, here System(dependent_speeds=…) of {names}; kn.simulate changes them automatically."
 
 
 def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
@@ -295,7 +296,7 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
         first = first_index(gone)
         what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[first.place]) + 0.0:.3g}"
         state = {s: np.broadcast_to(v, lost.shape)[first.place] for s, v in values.items()}
-        _refuse_or_warn("speeds that give the rates", what, first, _cure_of_rates(solved, state))
+        _refuse_or_warn("speeds that determine the rates", what, first, _cure_of_rates(solved, state))
         return
 
 
@@ -316,7 +317,7 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
             p, first = pivot_of(solved, g), first_index(where)
             here = {s: np.broadcast_to(v, where.shape)[first.place] for s, v in values.items()}
             got = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
-            _refuse_or_warn("dependent speeds that the constraints give", got, first, _cure_of_pivot(solved, here))
+            _refuse_or_warn("dependent speeds that the constraints determine", got, first, _cure_of_pivot(solved, here))
 
 
 def pivot_of(solved: Solved, guard: Expr) -> Pivot:
@@ -358,12 +359,12 @@ def _cure_of_pivot(solved: Solved, values: Mapping[Expr, Any]) -> str:
     if len(other.rows) < len(rows) or not np.linalg.cond(block) * STATE_RANK < 1:
         if len(choose(a).rows) < len(rows):
             return (
-                "No others will do: the constraints hold fewer speeds here than elsewhere, it is a singular configuration. Take a "
-                "state beside it."
+                "No other choice is possible: the constraints determine fewer speeds here than elsewhere, it is a singular "
+                "configuration. Use a nearby state."
             )
-        return "Here other constraints are redundant; kn.simulate changes them by itself, kn.linearize and kn.inverse do without."
+        return "Here other constraints are redundant; kn.simulate changes them automatically, kn.linearize and kn.inverse need none."
     names = ", ".join(solved.derived.speeds[k].name for k in sorted(other.dependent))
     return (
-        f"Name others, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself, kn.linearize and kn.inverse "
-        "do without."
+        f"Name others, here System(dependent_speeds=…) of {names}; kn.simulate changes them automatically, kn.linearize and "
+        "kn.inverse need none."
     )

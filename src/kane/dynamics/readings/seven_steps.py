@@ -102,7 +102,7 @@ _TITLES = (
     "Equations of motion",
 )
 REACTIONS = "; the auxiliary equations give the reactions"
-STATES = " The further states have rates of their own."
+STATES = " The further states have their own rates."
 """What is said of step 7 where there are any."""
 _TEXTS = (
     "The configuration is described by these.",

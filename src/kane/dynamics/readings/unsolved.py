@@ -11,7 +11,7 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
 
 At rest F̃_r = 0 at u = z (q̇ = 0), in steady motion F̃_r + F̃*_r = 0 at u̇ = 0 (Kane & Levinson 1985, sec. 6.5 and 6.6).
 
-What control is made of: inverse dynamics, M and f, centroidal momentum, inertia as it is felt at a point.
+Terms for control: inverse dynamics, M and f, centroidal momentum, the operational inertia at a point.
 
 Of trees that recursions solve, by recursion.
 """
@@ -115,16 +115,16 @@ def equilibrium_conditions(solved: Solved) -> Exprs:
     given = [s for s in free_symbols([*d.z, *d.constraints.b]) if isinstance(s, Time) or input_of(s) is not None]
     if given:
         raise ModelError(
-            f"Expected a system that can be at rest, got one whose motion is prescribed by {given[0]}. What holds while it moves "
-            "evenly is in eom.steady_conditions({…})."
+            f"Expected a system that can be at rest, got one whose motion is prescribed by {given[0]}. Use the "
+            "conditions for a steady motion, eom.steady_conditions({…})."
         )
     at: dict[Expr, Expr] = dict(zip(d.speeds, d.z, strict=False))  # z ends with a zero for each set of Euler parameters
     try:
         return _written(solved.Fr_nh[: len(solved.independent_speeds)], at)
     except ExpressionError as error:
         raise ModelError(
-            "Expected loads that have a value at rest, got one that is divided by a speed, as sliding friction is: at rest it may be "
-            "any in a range. Leave it out, eom.system.replace(loads=[…])."
+            "Expected loads that are defined at rest, got one that is divided by a speed, as sliding friction is: at rest it can have "
+            "any value within a range. Leave it out, eom.system.replace(loads=[…])."
         ) from error
 
 
@@ -178,7 +178,7 @@ def _dense_inverse(d: Derived) -> Exprs:
         return result
     if any(x is not ZERO for x in d.constraints.a_auxiliary.entries):
         raise ArgumentError(
-            "Expected loads that hold no reactions, or reactions that no constraint changes, for inverse dynamics of all speeds. "
+            "Expected loads without reactions, or reactions independent of constraint forces, for inverse dynamics of all speeds. "
             "Solve for what is unknown with kn.inverse(eom, unknowns=…)."
         )
     right = [sub(x, f) for x, f in zip(blocks.mass_a @ u_dot, blocks.forcing_a, strict=True)]
@@ -232,7 +232,7 @@ def operational_mobility(solved: Solved, place: Point | Frame, along: Sequence[V
     elif isinstance(place, Frame):
         partials = solved.partial_angular_velocities_nh[place]
     else:
-        raise ArgumentError(f"Expected a point or a frame to push at, got {place!r}.")
+        raise ArgumentError(f"Expected a point or a frame for the operational inertia, got {place!r}.")
     mass = mass_matrix(solved) if solved.embedding is None else solved.mass_matrix_nh
     factors = ldl(mass.rows, sparse_order(mass.rows))
     columns = [factors.forward([partials[u].dot(axis) for u in solved.independent_speeds]) for axis in axes]
@@ -248,8 +248,8 @@ def operational_inertia(solved: Solved, place: Point | Frame, along: Sequence[Ve
         columns = solve_lu(mobility.rows, [[ONE if i == j else ZERO for i in range(n)] for j in range(n)])
     except SingularError as error:
         raise SingularError(
-            f"Expected axes along each of which {place} can be accelerated by itself, got {n} that are not independent. Give fewer, "
-            "along=(…), or take operational_mobility, its inverse, which exists."
+            f"Expected axes along which {place} can be accelerated independently, got {n} that are not independent. Give fewer, "
+            "along=(…), or use operational_mobility, the inverse, which exists."
         ) from error
     return Matrix(columns, (n, n))
 

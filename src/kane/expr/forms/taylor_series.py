@@ -46,7 +46,7 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     """
     root = as_expr(e)
     order = expect.whole(order, f"an order from 0 to {_MOST}", least=0, most=_MOST, error=ArgumentError)
-    expect.instance(about, Mapping, "what to expand about by symbol, {symbol: value}", error=ArgumentError)
+    expect.instance(about, Mapping, "the point of expansion by symbol, {symbol: value}", error=ArgumentError)
     symbols = leaves([root], about)
     expect.different(symbols, "one value for each symbol", error=ArgumentError)
     at = dict(zip(symbols, map(as_expr, about.values()), strict=True))
@@ -71,8 +71,10 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
 
     (result,), corner = on_either_side([root], at, series)
     came = (
-        "" if corner is None else f"a corner: {cut(str(corner.nodes[0]), 80)} turns at {cut(str(corner.quantity))} = 0"
+        ""
+        if corner is None
+        else f"a corner: {cut(str(corner.nodes[0]), 80)} switches at {cut(str(corner.quantity))} = 0"
     )
-    cure = "Expand about a point beside it."
-    expect.that(not came, "a point at which there are all derivatives", came=came, cure=cure, error=ExpressionError)
+    cure = "Expand about a nearby point."
+    expect.that(not came, "a point at which all derivatives exist", came=came, cure=cure, error=ExpressionError)
     return result

@@ -71,7 +71,7 @@ def _bodies(sheet: Sheet, names: LastForm, space: Space) -> list[Body]:
         dyad, about, line = sheet.inertias.get(name, (None, sheet.bodies[name], None))
         inertia = Dyadic()
         if dyad is None:
-            sheet.remarks.say("inferred", f"{shown} has no inertia: it is taken for zero")
+            sheet.remarks.say("inferred", f"{shown} has no inertia: zero is assumed")
         else:
             inertia = space.inertia(dyad, name)
         center, frame = space.points[sheet.bodies[name]], space.turning[name]
@@ -79,9 +79,9 @@ def _bodies(sheet: Sheet, names: LastForm, space: Space) -> list[Body]:
         try:
             made.append(RigidBody(shown, frame=frame, mass_center=center, mass=m, inertia=place))
         except KaneError as error:
-            raise (line.refuse("a body as kane has it", str(error)) if line else error) from error
+            raise (line.refuse("a body that kane can represent", str(error)) if line else error) from error
     for name in sheet.bodies.keys() - sheet.masses.keys():
-        sheet.remarks.say("inferred", f"{sheet.say(name)} has no mass: it is a frame")
+        sheet.remarks.say("inferred", f"{sheet.say(name)} has no mass: it becomes a frame")
     return made
 
 
@@ -159,10 +159,10 @@ def _relieved(sheet: Sheet, whole: Callable[[list[Load | Gravity]], System], loa
     accelerations = derive(system).accelerations
     names, line = ", ".join(x.name for x in sought), sheet.sought[sought[0].name]
     if agree(accelerations, map(change, accelerations), [e.coordinates for e in system.euler_parameters]):
-        text = f"{names} are the forces of constraints, whose multipliers have them: they are left out"
+        text = f"{names} are constraint forces, which the multipliers represent: they are left out"
         sheet.remarks.say("changed", text, line.where)
         return whole([x for load in loads if (x := _changed(load, change)) is load or not _vanishes(x)])
-    text = f"{names}, which the file solves for beside accelerations, do work on the constraints: they are inputs here"
+    text = f"{names}, which the file solves for together with accelerations, do work on the constraints: they become inputs"
     sheet.remarks.say("changed", text, line.where)
     return system
 
@@ -180,7 +180,7 @@ def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
         difference = sheet.dt(sheet.velocities[p, n].map(names.final), n).map(names.final) - names.vector(told)
         size = names.final(sheet.dot(difference, difference))
         if difference.parts and not agree([size + 1], [ONE], space.groups):
-            text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity, which is taken"
+            text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity: the velocity is used"
             sheet.remarks.say("changed", text, line.where)
 
 
@@ -197,7 +197,7 @@ def _rated_states(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:
     known = {q for q, e in kin.states.items() if no_accelerations(e) and set(speeds_in([e])) <= kin.speeds.keys()}
     for q in kin.states:
         if q not in known:
-            sheet.remarks.say("ignored", f"{q.name}: its rate holds accelerations, or speeds that move nothing")
+            sheet.remarks.say("ignored", f"{q.name}: its rate contains accelerations, or speeds that move nothing")
     return known
 
 
@@ -221,7 +221,7 @@ def _imported(sheet: Sheet, names: LastForm, system: System) -> Imported:
     held = set(system.inputs)
     for name in sheet.prescribed:
         if sheet.symbols[name.lower()] in held:
-            text = f"{name} is no generalized speed's coordinate and no equation gives it: it is an input"
+            text = f"{name} is no generalized speed's coordinate and no equation defines it: it is an input"
             sheet.remarks.say("inferred", text)
     sheet.remarks.say("read", size_of(system))
     q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})

@@ -66,7 +66,7 @@ class LastForm:
             told = self.kinematic.get(rate(q), ZERO)
             if told is not ZERO and self._at_rest(told) is ZERO:
                 result[q] = Parameter.declare(q.name, self.numbers.get(q.name.lower()), "", "")
-                self.sheet.remarks.say("changed", f"{q.name} changes with auxiliary speeds alone: it is a parameter")
+                self.sheet.remarks.say("changed", f"{q.name} changes with auxiliary speeds only: it is a parameter")
         self.constants |= result
         return result
 
@@ -80,7 +80,9 @@ class LastForm:
                 for x in held:
                     self.numbers.pop(x.name.lower())
                 names = ", ".join(x.name for x in held)
-                s.remarks.say("changed", f"the values of {names} are no body's: {s.say(name)} has none for them")
+                s.remarks.say(
+                    "changed", f"the values of {names} give {s.say(name)} no valid inertia: they are left out"
+                )
 
     def _drop_contradictions(self) -> None:
         """Drops values of specified variables that are not each other's derivatives: the actual functions are given elsewhere."""
@@ -93,7 +95,7 @@ class LastForm:
                 for key in chain:
                     s.late.pop(key, None)
                 s.remarks.say(
-                    "changed", f"{s.say(low)} has values that are not each other's derivatives: it is an input"
+                    "changed", f"{s.say(low)} has values that are not each other's derivatives: it becomes an input"
                 )
 
     def _with_rates(self, late: dict[Expr, Expr]) -> dict[Expr, Expr]:
@@ -114,7 +116,7 @@ class LastForm:
             replace = substituting({k: v for k, v in changes.items() if k in held})
             changes = {k: replace(v) for k, v in changes.items()}
         names = ", ".join(str(k) for k in changes if k in set(free_symbols(changes.values())))
-        raise ModelError(f"Expected assignments that can be put into each other, got a ring of {names}.")
+        raise ModelError(f"Expected assignments without circular references, got a cycle of {names}.")
 
     def with_auxiliary(self, e: Expr) -> Expr:
         """The final form with auxiliary speeds."""
@@ -151,7 +153,7 @@ def numbers_of(sheet: Sheet) -> dict[str, float]:
                 if symbol is not None:
                     known[symbol] = result[name]
     for name in sheet.inputs.keys() - result.keys():
-        sheet.remarks.say("ignored", f"the start value of {name}, which other values are missing for")
+        sheet.remarks.say("ignored", f"the start value of {name}, which needs values that are missing")
     return result
 
 

@@ -193,7 +193,7 @@ class Space:
                     self.frames[child] = self._spinning(child, parent, told, self.sheet.say(child))
                     self.sheet.remarks.say(
                         "inferred", f"{self.sheet.say(child)} has an angular velocity in {self.sheet.say(parent)} and no orientation: "
-                        "it gets coordinates of its own"
+                        "it gets additional coordinates"
                     )  # fmt: skip
                     return True
         return False
@@ -261,7 +261,7 @@ class Space:
         made = self._freely(start, f"{self.sheet.say(body)}_turning", self.sheet.say(body))
         self.frames[body] = made
         self._set_quasi(made, self.vector(told))
-        text = f"{self.sheet.say(body)} has an angular velocity, and an orientation that does not change: it turns from there"
+        text = f"{self.sheet.say(body)} has an angular velocity, and a constant orientation, which is used as the initial one"
         self.sheet.remarks.say("inferred", text)
         return made
 
@@ -270,7 +270,7 @@ class Space:
         spin = tuple(map(self.names.final, extra.components(frame)))
         big = [k for k in range(3) if not agree([spin[k]], [ZERO], self.groups)]
         self.sheet.remarks.say(
-            "inferred", f"{shown} turns otherwise than its orientation says: it gets coordinates of its own"
+            "inferred", f"{shown} does not turn as its orientation implies: it gets additional coordinates"
         )
         if len(big) == 1:
             return self._about(frame, f"{shown}_turning", big[0], spin[big[0]], shown)
@@ -368,7 +368,7 @@ class Space:
         if p is None:
             return False
         self.points[p] = self.points.get(f"{bodies[p]}o", self.origin).at(s.say(p), 0)
-        s.remarks.say("inferred", f"{s.say(p)} has no place; {s.say(bodies[p])} has no mass, so that none is needed")
+        s.remarks.say("inferred", f"{s.say(p)} has no position; {s.say(bodies[p])} has no mass, so that none is needed")
         return True
 
     def _by_velocity(self, open_: Iterable[str], edges: dict[tuple[str, str], Vec]) -> bool:
@@ -382,6 +382,6 @@ class Space:
         self.points[p], driven = moved(self.origin, s.say(p), self.root, velocity, partial(self._new, s.say(p)))
         self._drive_by(driven)
         positioned = any(b == p for _, b in edges)
-        why = "does not move as its position says" if positioned else "has a velocity and no position"
-        s.remarks.say("inferred", f"{s.say(p)} {why}: it gets coordinates of its own, which its velocity drives")
+        why = "has a velocity that is not the rate of its position" if positioned else "has a velocity and no position"
+        s.remarks.say("inferred", f"{s.say(p)} {why}: it gets additional coordinates, driven by its velocity")
         return True

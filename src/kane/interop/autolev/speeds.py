@@ -60,7 +60,7 @@ def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: I
         more = _independent([*rows, RateRow(rate(q), u)], speeds, space)
         if len(more) > len(chosen):
             rows, chosen = [*rows, RateRow(rate(q), u)], more
-            space.sheet.remarks.say("inferred", f"{u.name} is the rate of no coordinate of the file: it gets one")
+            space.sheet.remarks.say("inferred", f"{u.name} is the rate of no coordinate of the file: one is added")
     return _turned(
         [rows[k] for k in chosen], [r for k, r in enumerate(rows) if k not in set(chosen)], speeds, states, space
     )

@@ -56,11 +56,11 @@ class Statements:
                 raise line.refuse(
                     "a command of Autolev", f"{node.children[0]} at column {line.column}", alike(name, known).strip()
                 )
-            self.sheet.remarks.say("ignored", f"{node.children[0]}(…): it changes how results look", line.where)
+            self.sheet.remarks.say("ignored", f"{node.children[0]}(…): it only formats results", line.where)
         elif node.data == "member":
             self.r.value(node, line)
         else:
-            self.sheet.remarks.say("ignored", "an expression that is only shown", line.where)
+            self.sheet.remarks.say("ignored", "an expression that is only displayed", line.where)
             self.r.value(tree, line)
 
     def _set_dt(self, args: Sequence[Any], line: Line) -> None:

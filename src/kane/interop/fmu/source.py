@@ -114,8 +114,8 @@ def _check_actions(eom: Equations) -> None:
     }
     if wrong:
         raise ProgramError(
-            f"Expected events that set the state of a system without constraints in a unit, got {', '.join(sorted(wrong))}, which ask "
-            "for more: parameters are the importer's, and what depends on speeds would follow. Leave them out, or simulate here."
+            f"Expected events that set only states, of a system without constraints, in a unit, got {', '.join(sorted(wrong))}: "
+            "parameters are set by the importer, and constraints would change further states. Leave them out, or use kn.simulate."
         )
 
 

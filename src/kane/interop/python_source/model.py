@@ -497,7 +497,7 @@ def _is_of_expressions(action: Any) -> bool:
 def _unwritten(what: str, item: Any) -> ModelError:
     return ModelError(
         "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
-        f"{what} {item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
+        f"{what} {item.name!r} ({cut(repr(item), 60)}), which only its source file can declare. Keep that file."
     )
 
 

@@ -71,7 +71,7 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
     refused = [r for r in remarks if r.kind == "refused"]
     if refused:
         warn(
-            f"Expected all of {robot.name!r} to be a model, got {len(refused)} things that are none here, the first: {refused[0]}."
+            f"Expected all of {robot.name!r} to have counterparts in kane, got {len(refused)} without one, the first: {refused[0]}."
         )
     q = {c.name: c for c in system.coordinates}
     u: dict[str, Speed] = {s.name: s for s in system.speeds}

@@ -73,7 +73,7 @@ NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
         "actuator_armature": ("actuator", "an armature"),
         "actuator_damping": ("actuator", "damping"),
         "actuator_dampingpoly": ("actuator", "damping that is not linear"),
-        "tendon_actfrclimited": ("tendon", "a limit of what actuators exert on it"),
+        "tendon_actfrclimited": ("tendon", "a limit on actuator forces on it"),
         "actuator_actearly": ("actuator", "an activation that acts a step early"),
         "actuator_actlimited": ("actuator", "a bounded activation"),
         "actuator_delay": ("actuator", "a delay"),
@@ -181,7 +181,7 @@ class _MjcfReader:
         couplings, closures = self._equalities()
         read = {s.name for s in strands}
         for c in [c for c in couplings if c.what == "tendon" and not {c.first, c.second or c.first} <= read]:
-            self.remarks.say("refused", f"equality {c.name!r}: of a tendon that is not read", c.where)
+            self.remarks.say("refused", f"equality {c.name!r}: of a tendon that is not imported", c.where)
             couplings.remove(c)
         drives = tuple(d for k in range(m.actuator_trntype.shape[0]) if (d := self._drive(k, strands)) is not None)
         bounds = {
@@ -204,11 +204,9 @@ class _MjcfReader:
         if m.nsensor:
             self.remarks.say("ignored", f"{m.nsensor} sensors", self.source)
         if m.nkey:
-            self.remarks.say(
-                "ignored", f"{m.nkey} keyframes: a motion starts where the file places bodies", self.source
-            )
+            self.remarks.say("ignored", f"{m.nkey} keyframes: a motion starts at the reference pose", self.source)
         if float(m.opt.density) or float(m.opt.viscosity):
-            self.remarks.say("refused", "the medium: its density and viscosity act on no body here", self.source)
+            self.remarks.say("refused", "the medium: its density and viscosity have no effect here", self.source)
         if int(m.opt.disableactuator):
             self.remarks.say("refused", "<option> disables groups of actuators", self.source)
         bits = mujoco().mjtDisableBit.__members__.items()
@@ -219,7 +217,7 @@ class _MjcfReader:
             self.remarks.say("ignored", f"<option> disables {', '.join(sorted(rest))}", self.source)
         for b in range(1, m.nbody):
             if m.body_mocapid[b] >= 0:
-                self.remarks.say("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source)
+                self.remarks.say("inferred", f"the mocap body {self.name('body', b)!r} is fixed", self.source)
         for array, (what, text) in NOT_READ.items():
             values = getattr(m, array, None)
             rows = [] if values is None else [i for i, row in enumerate(np.asarray(values)) if np.any(row)]
@@ -247,11 +245,11 @@ class _MjcfReader:
         count = {"free": 6, "ball": 3}.get(kind, 1)
         for what, values in (("armature", m.dof_armature), ("damping", m.dof_damping)):
             if len(set(values[d : d + count].tolist())) > 1:
-                self.refuse("joint", j, f"{what} that differs from direction to direction")
+                self.refuse("joint", j, f"{what} that differs between directions")
         if not single and m.jnt_stiffness[j]:
             self.refuse("joint", j, f"a spring in a {kind} joint")
         if m.jnt_actgravcomp[j] and m.body_gravcomp.any() and (m.jnt_actfrclimited[j] or not len(m.actuator_trntype)):
-            self.refuse("joint", j, "compensation of gravity by actuators, where there are none or they have a limit")
+            self.refuse("joint", j, "compensation of gravity by actuators, without actuators or with a limit")
         limited = bool(m.jnt_limited[j])
         if limited and not single:
             self.remarks.say("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name))
@@ -287,10 +285,10 @@ class _MjcfReader:
             elif kind in (JOINT, TENDON):
                 couplings.append(self._coupling(k, kind, name, where))
             else:
-                self.refuse("equality", k, "a constraint of what is flexible")
+                self.refuse("equality", k, "a constraint of a flexible body")
                 continue
             if m.eq_active0[k]:
-                self.remarks.say("inferred", f"the equality {name!r} is soft in MuJoCo, and exact here", where)
+                self.remarks.say("inferred", f"the equality {name!r} is soft in MuJoCo, and exact in kane", where)
         return couplings, tuple(closures)
 
     def _closure(self, k: int, kind: int, name: str, where: str) -> Closure:
@@ -330,7 +328,7 @@ class _MjcfReader:
                 joint = self.name("joint", m.wrap_objid[i])
                 arms[joint] = arms.get(joint, 0.0) + float(m.wrap_prm[i])
         else:
-            self.refuse("tendon", k, "pulleys, or one that wraps round geoms")
+            self.refuse("tendon", k, "pulleys, or wrapping around geoms")
             return None
         low, high = m.tendon_range[k].tolist() if m.tendon_limited[k] else (-np.inf, np.inf)
         return Strand(
@@ -356,7 +354,7 @@ class _MjcfReader:
                 return None
         driven, along = int(m.actuator_trnid[k][0]), own["transmission"] == "TENDON"
         if along and self.name("tendon", driven) not in {s.name for s in strands}:
-            self.refuse("actuator", k, "it pulls at a tendon that is not read")
+            self.refuse("actuator", k, "it acts on a tendon that is not imported")
             return None
         if not along and JOINTS[int(m.jnt_type[driven])] not in ("hinge", "slide"):
             self.refuse("actuator", k, f"it drives a {JOINTS[int(m.jnt_type[driven])]} joint")

@@ -60,7 +60,7 @@ def close(made: Making, c: Closure) -> None:
     """Adds the constraints of a loop closure."""
     name = made.identifier("joints", c.name, "closure", c.where)
     if made.carriers[c.first] == made.carriers[c.second]:
-        made.remarks.say("ignored", f"the closure {c.name!r} of what does not move in each other", c.where)
+        made.remarks.say("ignored", f"the closure {c.name!r} of bodies without relative motion", c.where)
         return
     first = _point(made, c.first, f"{name} first", c.on_first.offset)
     second = _point(made, c.second, f"{name} second", c.on_second.offset)
@@ -120,7 +120,7 @@ def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
     effort = as_expr(effort * d.gear)
     if d.strand and strands[d.strand].ends:
         for joint in _limited_within(made.robot, d.strand):
-            text = f"joint {joint!r}: a limit of what actuators exert, without what {d.name!r} does along its tendon"
+            text = f"joint {joint!r}: a limit on actuator forces, without that of {d.name!r} along its tendon"
             made.remarks.say("refused", text, made.moves[joint].where)
         made.loads.extend(strands[d.strand].effort(effort, f"actuator {name}"))
         return

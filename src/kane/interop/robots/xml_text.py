@@ -181,7 +181,7 @@ def parsed(text: str | bytes, source: str) -> Element:
     except SAXException as error:
         raise ModelError(f"Expected well-formed XML, got {cut(error, 120)} ({source}).") from error
     except common.DefusedXmlException as error:
-        cure = "Write what they stand for in their place."
+        cure = "Replace them by the text that they stand for."
         raise expect.refusal(ModelError, "XML without entities", f"{cut(error, 120)} ({source})", cure) from error
     except (LookupError, UnicodeError, ValueError) as error:
         if isinstance(error, ModelError):

@@ -40,7 +40,7 @@ class Auxiliary:
         self._points: dict[Any, Held] = {}
         if not given.auxiliary:
             return
-        why = self._survey() if wanted else "constraints do not say where their forces act, which reactions would feel"
+        why = self._survey() if wanted else "reactions would contain constraint forces whose points are unknown"
         names = ", ".join(str(u.func) for u in given.auxiliary)
         if why:
             self._points.clear()
@@ -63,7 +63,7 @@ class Auxiliary:
             *(b.frame for b in given.bodies if hasattr(b, "frame")),
         ]
         if any(not self._slope(f.ang_vel_in(given.frame), u).is_zero for f in turning for u in given.auxiliary):
-            return "angular velocities hold some"
+            return "angular velocities contain some"
         for p in [*(x for x in places if hasattr(x, "_pos_dict")), *(b.masscenter for b in given.bodies)]:
             held = set()
             for k, u in enumerate(given.auxiliary):
@@ -73,10 +73,10 @@ class Auxiliary:
                 held.add(k)
                 along = self._along.setdefault(k, n)
                 if not self._same(along, n):
-                    return f"{u.func} stands along several directions"
+                    return f"{u.func} appears along several directions"
             self._points[p] = frozenset(held)
         if len(self._along) < len(given.auxiliary):
-            return "no velocity holds some of them"
+            return "no velocity contains some of them"
         if not all(is_unit(n) for n in self._along.values()):
             return "they are not along unit vectors"
         self._unknown = self._forces()
@@ -91,7 +91,7 @@ class Auxiliary:
         for n, held in enumerate(order):
             fresh = held - self._below(held, order[:n])
             if fresh & used:
-                return "the points that hold them do not lie on one tree of cuts"
+                return "the points whose velocities contain them do not lie on one tree of cuts"
             used |= fresh
         return ""
 

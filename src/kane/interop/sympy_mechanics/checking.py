@@ -84,14 +84,14 @@ def check(
         r, k = np.unravel_index(int(np.argmax(off)), off.shape)
         said = _difference(known.speeds[r].name, float(got[r, k]), float(expected[r, k]), states, int(k))
         raise ModelError(
-            f"{said} {cause() or _UNKNOWN_CAUSE} check=False imports what the bodies, loads and constraints say."
+            f"{said} {cause() or _UNKNOWN_CAUSE} Pass check=False to import the bodies, loads and constraints as they are."
         )
     if auxiliary.reactions:
         left = auxiliary.equations_left({rate(s): x for s, x in zip(known.speeds, got, strict=True)})
         if left > ROUNDED_ROOT:
             raise ModelError(
-                f"Expected reactions that SymPy's auxiliary equations give, got a residual of {left:.3g} of their terms. "
-                "check=False imports what the bodies, loads and constraints say."
+                f"Expected reactions that satisfy SymPy's auxiliary equations, got a residual of {left:.3g} of their terms. "
+                "Pass check=False to import the bodies, loads and constraints as they are."
             )
     share = float((np.abs(got - expected)[:, usable] / np.maximum(size, 1e-6)[usable]).max())
     remarks.say(
@@ -108,5 +108,5 @@ def _difference(speed: str, got: float, expected: float, states: States, k: int)
     )
     return (
         f"Expected the accelerations of SymPy's equations, got {speed}' = {got:.9g} from the bodies, positions, loads and constraints "
-        f"where SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of:"
+        f"where SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict the model that they were derived from:"
     )

@@ -181,7 +181,7 @@ class Frames:
         else:
             frame = self._turned(name, ours, child, spin)
         self._remarks.say(
-            "inferred", f"the orientation of {child} in {parent} from its angular velocity, which alone is given"
+            "inferred", f"the orientation of {child} in {parent} from its angular velocity, as no orientation is given"
         )
         return frame
 

@@ -40,7 +40,7 @@ class Given:
         import sympy
 
         if self.method is None:
-            raise ModelError("Expected a method that makes equations, got bodies and loads alone.")
+            raise ModelError("Expected a method that forms equations, got only bodies and loads.")
         method = copy.copy(self.method)
         if self.lagrangian is not None:
             if method.eom is None:
@@ -59,11 +59,11 @@ def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Gi
     import sympy.physics.mechanics as me
 
     if isinstance(model, Sequence) and not isinstance(model, str):
-        expect.that(bodies is None, "no bodies= beside a list of them", bodies, "Put all into the list.")
+        expect.that(bodies is None, "no bodies= beside a list of them", bodies, "Put all bodies into the list.")
         return _bodies(model, loads, **stated)
     kind = type(model).__name__
     frame = stated.pop("frame", None) if isinstance(model, me.LagrangesMethod) else None
-    expect.none(map(repr, stated), f"keywords that a {kind} leaves open", cure="It states the others itself.")
+    expect.none(map(repr, stated), f"keywords for what a {kind} does not define", cure="Leave out the others.")
     if isinstance(model, me.KanesMethod):
         return _kane(model, bodies, loads)
     if isinstance(model, me.LagrangesMethod):
@@ -93,7 +93,7 @@ def _kane(method: Any, bodies: Any, loads: Any) -> Given:
     own = method.bodies if bodies is None else bodies
     forces = method.forcelist if loads is None else loads
     cure = "Call kanes_equations(bodies, loads) first, or give bodies=[…]."
-    expect.that(own, "a KanesMethod that knows its bodies", came="one without", cure=cure)
+    expect.that(own, "a KanesMethod with its bodies", came="one without", cure=cure)
     expect.that(method._k_kqdot, "a KanesMethod with kinematical equations", came="one without kd_eqs")
     u = tuple(method.u)
     motion = tuple(method._k_nh * method.u + method._f_nh) if method._k_nh else ()
@@ -113,7 +113,7 @@ def _rates(q: Sequence[Any]) -> tuple[Any, Any, tuple[Any, ...]]:
 
 def _lagrange(method: Any, bodies: Any, loads: Any, frame: Any = None) -> Given:
     own = method.bodies if bodies is None else bodies
-    cure = "Give them: from_sympy_mechanics(method, bodies=[…]). The kinetic energy alone does not say what moves."
+    cure = "Give them: from_sympy_mechanics(method, bodies=[…]). The kinetic energy alone does not define the bodies."
     expect.that(own, "a LagrangesMethod with its bodies", came="one without", cure=cure)
     frame = method.inertial or frame
     cure = "Give the inertial frame: from_sympy_mechanics(method, bodies=[…], frame=N)."

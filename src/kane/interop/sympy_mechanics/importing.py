@@ -190,7 +190,7 @@ class _Import:
         """A sentence that explains why SymPy's equations may differ; "" if no reason is known."""
         if self._given.lagrangian is not None and self._frames.further:
             return (
-                "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and of such a Lagrangian "
+                "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and for such a Lagrangian "
                 "Lagrange's equations do not hold. Use KanesMethod, or a Lagrangian of unconstrained rates with nonhol_coneqs."
             )
         inertial, named = self._frames.inertial, []
@@ -200,7 +200,7 @@ class _Import:
                 named.append(str(b.masscenter))
         held = [self._slopes(f, self.known.speeds) for f in self._motion]
         if any(not _follows(self._by_speeds(time_derivative(f)), held) for f in self._holonomic):
-            return "velocity constraints do not hold the rates of all configuration constraints, which SymPy takes from them alone."
+            return "velocity constraints do not include the rates of all configuration constraints, and SymPy uses only the former."
         if named:
             return f"the acceleration that {', '.join(named)} was given is not the rate of the velocity."
         return ""
@@ -278,7 +278,7 @@ class _Import:
         if not self.states.vanish([whole - v], [whole, self.known.scalar(energy)]):
             raise ModelError(
                 "Expected a Lagrangian L = T − V with the kinetic energy T of the bodies and a potential V of coordinates and time, "
-                "got one whose T − L depends on rates. Give all bodies that it was made of."
+                "got one whose T − L depends on rates. Give all bodies that it was derived from."
             )
         self.remarks.say("inferred", "the potential energy as T − L")
         return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]
@@ -293,7 +293,7 @@ class _Import:
             row = self._slopes(f, speeds)
             if held and _follows(row, held):
                 self.remarks.say(
-                    "changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints"
+                    "changed", f"the velocity constraint {k} is left out: it is the rate of configuration constraints"
                 )
                 continue
             held.append(row)

@@ -118,7 +118,7 @@ class Points:
         velocity = [drift.dot(axis) if k in moving else ZERO for k, axis in enumerate(axes(inertial))]
         point, driven = moved(
             root, self._names.free(f"{name}_moving"), inertial, velocity,
-            lambda x: Coordinate.declare(free(f"{x}_{name}"), None, "", f"place of {name} by its velocity"),
+            lambda x: Coordinate.declare(free(f"{x}_{name}"), None, "", f"position of {name} by its velocity"),
         )  # fmt: skip
         for q, (_, speed) in zip(driven.coordinates, driven.rates, strict=True):
             self._states.enter(q, speed)
@@ -127,9 +127,9 @@ class Points:
         v = cut(theirs.vel(self._theirs), 80)
         if len(self._lines[theirs]) == 1:
             self._remarks.say(
-                "inferred", f"the place of {theirs} along {along} from its velocity {v}: it has no position"
+                "inferred", f"the position of {theirs} along {along} from its velocity {v}, as none is given"
             )
         else:
-            said = f"{theirs} is moved by its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
-            self._remarks.say("changed", f"{said}: it has coordinates of its own along {along}")
+            said = f"{theirs} moves with its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
+            self._remarks.say("changed", f"{said}: it gets additional coordinates along {along}")
         return point

@@ -85,7 +85,7 @@ def follow(found: Definitions, further: Sequence[GivenRates], known: Translation
         found.coordinates += more.coordinates
         for left, right in more.rates:
             own = next(iter(more.coordinates)).name
-            found.vanishing[_held(known, f"{own} moves as its velocity says")] = found.in_rates(left - right)
+            found.vanishing[_held(known, f"{own} follows from its velocity")] = found.in_rates(left - right)
 
 
 def _less(

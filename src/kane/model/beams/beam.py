@@ -217,8 +217,8 @@ class Beam(Immutable):
             value = constant_value(div(as_expr(xi), self.length))
         if value is None or not 0 <= float(value) <= 1:
             raise ModelError(
-                f"Expected a place of {self.name} as ξ = x/L from 0, its root, to 1, its tip, got {cut(xi)}. Divide x by the length, "
-                f"or give it as a share of it: {cut(self.length)}/2."
+                f"Expected a position on {self.name} as ξ = x/L from 0, its root, to 1, its tip, got {cut(xi)}. Divide x by the "
+                f"length, or give it as a fraction of it: {cut(self.length)}/2."
             )
         return float(value)
 
@@ -318,8 +318,8 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
         if spin > first:
             message = (
                 f"Expected the stiffening of {beam.name}, which spins at up to {spin:.4g} rad/s, beyond its first frequency at "
-                f"rest, {first:.4g} rad/s, got stiffening=False: linearized so early, it diverges whatever the beam does. Leave "
-                "stiffening= out."
+                f"rest, {first:.4g} rad/s, got stiffening=False: this premature linearization diverges for any motion of the "
+                "beam. Leave stiffening= out."
             )
             yield message, StiffeningWarning
         return
@@ -330,7 +330,7 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
         better = first_frequency(beam, f, values, spin, _polynomials(max(_ENOUGH, 2 * f.shapes.count)))
         if coarse > better * (1 + _OFF):
             message = (
-                f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, by which its first "
-                f"frequency there is {coarse:.5g} rad/s in the place of {better:.5g}. Take more of them."
+                f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, with which its first "
+                f"frequency at that spin is {coarse:.5g} rad/s instead of {better:.5g}. Use more modes."
             )
             yield message, ModesWarning

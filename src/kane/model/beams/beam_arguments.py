@@ -80,7 +80,7 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
     """
     if shear is None:
         if not _is_none(modes):
-            raise ModelError(f"Expected k_s G A of {name} as its shear=, got functions alone. Give both or neither.")
+            raise ModelError(f"Expected k_s G A of {name} as its shear=, got only functions. Give both or neither.")
         return []
     stiff, given = (_each(name, "shear", x, len(bent)) for x in (shear, modes))
     usual, further = ("pinned", 0) if support == "pinned" else ("rod polynomials", 1)
@@ -131,8 +131,8 @@ def _check_strained(
     if locked:
         raise ModelError(
             f"Expected functions of the {what} of {name} whose {'curvatures' if order == 2 else 'slopes'} do not all vanish at the "
-            f"{locked[0]}, which is held, got {shapes.label}: no force could strain it there, and it would be too stiff. "
-            f'Take kn.mode_shapes("{usual}", {shapes.count}).'
+            f"{locked[0]}, which is constrained, got {shapes.label}: no force could strain it there, and it would be too stiff. "
+            f'Use kn.mode_shapes("{usual}", {shapes.count}).'
         )
 
 

@@ -96,7 +96,7 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
     """
     cure = "For example lambda xi: 1 - 0.5 * xi."
     expect.that(callable(share), "a function of ξ = x/L as the taper", share, cure)
-    expected = "breaks= of the taper as places ξ between 0 and 1"
+    expected = "breaks= of the taper as positions ξ between 0 and 1"
     places = sorted({expect.number(x, expected) for x in expect.items(breaks, expected)})
     expect.that(all(0 < x < 1 for x in places), expected, breaks)
     shares = Share(partial(share), tuple(places))  # `partial` is hashable, NumPy polynomials are not
@@ -112,8 +112,8 @@ def tapered(value: Any, share: Callable[[Array], Any], breaks: Sequence[float] =
         size = np.abs(series.coef)
         if size[-4:].max() > STEEP * size.max():
             warn(
-                f"Expected a taper that is smooth from ξ = {a:g} to {b:g}, or its steps by their places, got one that jumps or is "
-                "steep there: integrals along the beam are off by some thousandths. Say where: breaks=(0.5,)."
+                f"Expected a taper that is smooth from ξ = {a:g} to {b:g}, or the positions of its steps, got one that jumps or is "
+                "steep there: integrals along the beam are off by some thousandths. Give the positions of the steps: breaks=(0.5,)."
             )
     return Tapered(as_expr(value), shares)
 

@@ -271,8 +271,8 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
             kept = np.nonzero(np.abs(series.coef) > ROUNDED * size)[0]
             return Chebyshev(series.coef[: kept[-1] + 1] if len(kept) else [0.0], domain=[0, 1])
     raise ModelError(
-        f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not follow. "
-        "Give what has kinks as table=(ξ, values)."
+        f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not "
+        "approximate. Give functions with kinks as table=(ξ, values)."
     )
 
 
@@ -299,11 +299,17 @@ def _tabulated(table: Any) -> ModeShapes:
     expect.that(parts, "table=(ξ, values) or (ξ, values, slopes), arrays of real numbers", table, cure)
     x, values = parts[0], parts[1]
     right = x.ndim == 1 and len(x) > 2 and x[0] == 0 and x[-1] == 1 and (np.diff(x) > 0).all()
-    expected, cure = "places ξ = x/L that rise from 0 to 1, three at least, in table=", "Divide them by the length."
+    expected, cure = (
+        "positions ξ = x/L that increase from 0 to 1, at least three, in table=",
+        "Divide them by the length.",
+    )
     expect.that(right, expected, came=cut(x), cure=cure)
     for what, v in zip(("values", "slopes"), parts[1:], strict=False):
         right = v.ndim == 2 and v.shape[0] == len(x) and v.shape[1] > 0 and v.shape == values.shape
-        expected, came = f"{what} of the tabulated modes as an array of {len(x)} places × modes", f"the shape {v.shape}"
+        expected, came = (
+            f"{what} of the tabulated modes as an array of {len(x)} positions × modes",
+            f"the shape {v.shape}",
+        )
         expect.that(right, expected, came=came, cure="One column is one mode; transpose it if modes are rows.")
         if not np.isfinite(v).all():
             raise ModelError(f"Expected finite {what} of the tabulated modes, got {cut(v[~np.isfinite(v)][0])}.")

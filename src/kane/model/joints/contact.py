@@ -295,7 +295,7 @@ def friction(
         place = cut_of(normal)
         if place is None:
             raise ModelError(
-                f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not say it."
+                f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not define it."
             )
         along = place.along
     if against is not None:

@@ -164,7 +164,7 @@ def _check_centers(name: str, line: Vector, n: Vector, size: Expr) -> None:
     lift, square = numbers([line.dot(n), line.dot(line)])
     level, expected = abs(lift) <= DECLARED * abs(square) ** 0.5 and not line.is_zero, f"centres of the gears {name!r}"
     expect.that(level, f"{expected} in one plane across the axis", came=f"them {lift:.3g} m apart along {n}")
-    expect.that(is_constant_in_time([size]), f"{expected} at a constant distance", size, "Carry both by one frame.")
+    expect.that(is_constant_in_time([size]), f"{expected} at a constant distance", size, "Place both in one frame.")
 
 
 def rack_and_pinion(
@@ -251,7 +251,7 @@ def bevel_pair(
     z_a, z_b = _teeth(name, teeth)
     across = n_a.cross(n_b).gathered()
     inclined = not across.is_zero and abs(numbers([across.dot(across)])[0]) >= DECLARED
-    expected, cure = f"axes of the bevel gears {name!r} that meet at an angle", "kn.gear_pair takes parallel ones."
+    expected, cure = f"axes of the bevel gears {name!r} that meet at an angle", "Use kn.gear_pair for parallel axes."
     expect.that(inclined, expected, came=f"{n_a} and {n_b}", cure=cure)
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))

@@ -165,8 +165,12 @@ def _sides(
     for side, value in ((a, r), (b, s)):
         expect.that(value >= 0, f"radii of {name!r} at or above zero", came=f"{side.radius} = {value:.6g}")
     room = s > r if inside else r + s > 0
-    cure = "The other one is the hollow one." if inside else "Particles meet at no more than a point."
-    what = f"an other radius of {name!r} above its own" if inside else f"radii of {name!r} that are not both zero"
+    cure = "Give the hollow body as the other one." if inside else "Give one of them a radius above zero."
+    what = (
+        f"the radius of the hollow body of {name!r} above that of the sphere"
+        if inside
+        else f"radii of {name!r} that are not both zero"
+    )
     expect.that(room, what, came=f"{a.radius} = {r:.6g} and {b.radius} = {s:.6g}", cure=cure)
     return a, b
 
@@ -177,7 +181,9 @@ def _rounded(
     """The contact of a sphere with a surface whose centre is at −`apart` from its centre, and at `along` from the other's point."""
     own, other = sides
     if apart.is_zero:
-        raise ModelError(f"Expected the sphere of {name!r} apart from the other body's middle, got both at one place.")
+        raise ModelError(
+            f"Expected the centre of the sphere of {name!r} apart from that of the other body, got both at the same point."
+        )
     distance = apart.magnitude()
     normal = apart / distance * (-1 if inside else 1)
     gap = sub(sub(other.radius, own.radius), distance) if inside else sub(distance, add(own.radius, other.radius))

@@ -40,7 +40,7 @@ def latex(content: Content, name: str) -> Document:
     for piece in told:
         if isinstance(piece, ReportPicture) and piece.ending == ".svg":
             raise ArgumentError(
-                "Expected notes= without .svg files for LaTeX, which does not take them. Give them as .png."
+                "Expected notes= without .svg files for LaTeX, which cannot include them. Give them as .png."
             )
     body = "\n\n".join(_WRITERS[type(piece)](piece, name) for piece in told)
     frame = environment(

@@ -33,7 +33,7 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
     ordered = sorted(linear.modes, key=lambda m: (-m.eigenvalue.real * (abs(m.eigenvalue.real) > least), m.frequency))
     yield PageTable("", head, tuple(_row(eom, m, len(linear.coordinates), least) for m in ordered))
     yield tr(
-        r"The frequency is $|\mathrm{Im}\,\lambda|/2\pi$, the damping $-\mathrm{Re}\,\lambda/|\lambda|$. Of each mode stand the "
+        r"The frequency is $|\mathrm{Im}\,\lambda|/2\pi$, the damping $-\mathrm{Re}\,\lambda/|\lambda|$. Each mode lists the "
         "coordinates that take part most, compared by their numbers, with their phases; speeds, where no coordinate does."
     )
 

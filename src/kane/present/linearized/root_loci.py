@@ -37,7 +37,7 @@ def _parts(branch: Branch) -> Iterator[Part]:
         head = (f"${symbol}$" + (f" ({unit})" if unit else ""), r"$\lambda$ (1/s)", tr("from there on"))
         yield PageTable(tr("Where the stability changes"), head, tuple(rows))
     else:
-        yield tr("No mode comes to grow or to decay on the way.")
+        yield tr("No mode changes between growth and decay in this range.")
 
 
 def _crossed(crossing: Crossing) -> str:

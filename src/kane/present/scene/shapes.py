@@ -129,7 +129,7 @@ def shape(
     if kind in _FROM_POINTS:
         expect.that(len(through) > 1, f"points=[P, Q, …] of the {kind}", came=f"{len(through)} points")
     elif at is None or (frame is None and kind not in ("sphere", "plane")):
-        raise ModelError(f"Expected a place for the {kind}: of=body, or frame= and at=, got neither.")
+        raise ModelError(f"Expected a position of the {kind}: of=body, or frame= and at=, got neither.")
     if axis is not None:
         check_unit(axis, f"axis of the {kind}")
     if kind == "mesh":

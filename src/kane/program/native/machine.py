@@ -122,8 +122,8 @@ def host() -> Processor:
     usable = [name for name, needed in LEVELS.items() if features.issuperset(needed.split(","))]
     if level not in usable:
         raise ProgramError(
-            f"Expected the environment variable KANE_CPU as a processor that {here.cpu} can stand for, one of "
-            f"{', '.join(usable) or 'none'}, got {level!r}. Leave it unset for the processor itself."
+            f"Expected the environment variable KANE_CPU as a processor whose code {here.cpu} can run, one of "
+            f"{', '.join(usable) or 'none'}, got {level!r}. Leave it unset to use the processor itself."
         )
     return Processor(here.triple, level, LEVELS[level])
 

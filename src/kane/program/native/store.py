@@ -61,7 +61,7 @@ def folder() -> Path | None:
     except RuntimeError:  # platformdirs did not determine a home folder
         place = Path("~")
     if not place.is_absolute():  # a relative path would be a different folder for each working directory
-        warn(f"Expected this user to have a home folder for the cache, got none: nothing is kept. {_CURE}")
+        warn(f"Expected a home folder of this user for the cache, got none: nothing is cached. {_CURE}")
         return None
     return place
 
