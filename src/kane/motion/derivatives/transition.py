@@ -113,6 +113,14 @@ def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: 
     return np.array(found), x
 
 
+def _solved(whole: Array, right: Array) -> Array:
+    """The solutions of stages; NaN where steps are so long that one has none, which shorter steps mend."""
+    try:
+        return np.asarray(np.linalg.solve(whole, right))
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
+
+
 def _chunk(
     stretch: Stretch, at: tuple[Array, Array], start: Array, guess: Array, scale: Array
 ) -> tuple[Array, Array, Array]:
@@ -136,7 +144,7 @@ def _chunk(
             ],
             axis=2,
         )
-        solved = np.linalg.solve(whole, right).reshape(steps, s, n, n + 1)
+        solved = _solved(whole, right).reshape(steps, s, n, n + 1)
         change, end = np.empty_like(x), start / scale
         for m in range(steps):
             change[m] = solved[m, :, :, :n] @ end + solved[m, :, :, n]
@@ -149,6 +157,6 @@ def _chunk(
         return own, np.zeros((steps, n, 0)), end * scale
     forced = stretch.by(flat, x.reshape(-1, n) * scale).reshape(steps, s, n, -1) / scale[:, None]
     right = np.einsum("m,ij,mjak->miak", h, _A, forced).reshape(steps, s * n, -1)
-    of_p = np.linalg.solve(whole, right).reshape(steps, s, n, -1)
+    of_p = _solved(whole, right).reshape(steps, s, n, -1)
     gained = np.einsum("m,j,mjak->mak", h, _B, forced + np.einsum("mjab,mjbk->mjak", j, of_p))
     return own, gained * scale[:, None], end * scale

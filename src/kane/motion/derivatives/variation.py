@@ -292,6 +292,7 @@ class Differential:
                 return True
         return False
 
+    @np.errstate(over="ignore", invalid="ignore")  # steps that are too long leave no finite numbers, and are halved
     def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it has converged."""
         whole = max(self.length, 1e-300)
