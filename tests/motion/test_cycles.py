@@ -290,7 +290,7 @@ def test_a_section_that_is_met_at_once_is_refused():
     """Feet that are on the slope together, before they have passed each other: a fixed point, and no gait."""
     eom = kn.derive(simplest_walker.system())
     with pytest.raises(kn.SimulationError, match="meets it again right where it began"):
-        kn.limit_cycle(eom, section="strike", q=[0.2], u=[-0.2], states=[0.399, -0.0158])
+        kn.limit_cycle(eom, section="strike", q=[0.2], u=[-0.2], states=[0.3999, -0.0158])
 
 
 def test_grazing_is_refused():
@@ -354,3 +354,43 @@ def test_what_is_waited_for_is_a_time():
     for within in (-1, "long"):
         with pytest.raises(kn.SimulationError, match="Expected within as a number above zero"):
             kn.poincare(eom, q=[2], u=[0], section=turns(u), within=within)
+
+
+def slide(size):
+    """A slide that excites itself, with a pendulum: lengths beside angles, so that nothing but their own size may judge them."""
+    x, v, th, om = kn.coordinate("x", "m"), kn.speed("v", "m/s"), kn.coordinate("th", "rad"), kn.speed("om", "rad/s")
+    P, A = O.at("slide", x * N.x), N.rotate("arm", th, N.z)
+    Q = P.at("bob", -0.5 * size * A.y)
+    a, b = kn.parameter("a", 2.0, "N*s/m"), kn.parameter("b", 3.0 / size**2, "N*s/m^3")
+    k, c = kn.parameter("k", 20.0, "N/m"), kn.parameter("c", 0.05 * size**2, "N*m*s")
+    loads = [
+        kn.gravity(-9.81 * size * N.y),
+        kn.Force(P, ((a - b * x**2) * v - k * x) * N.x),
+        kn.Torque(A, -c * om * A.z),
+    ]
+    bodies = [kn.Particle("slide", P, 2), kn.Particle("bob", Q, 0.5)]
+    return kn.derive(kn.System(N, bodies=bodies, speeds={v: x.dt, om: th.dt}, loads=loads)), x
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-9, 1e7, 1e9])
+def test_cycles_are_the_same_in_other_units(size):
+    eom, x = slide(size)
+    up = kn.Event("up", x, direction=1)
+    for begin in (0.3, 0.32, 0.48):  # where Newton's steps leave x is rounding's, on one side or the other
+        start = kn.cycles.poincare(eom, q=[begin * size, 0.02], u=[0.1 * size, 0], section=up, count=2).states[-1]
+        cycle = kn.cycles.limit_cycle(eom, q=start[:2], u=start[2:], section=up, atol=1e-13 * min(size, 1.0))
+        assert cycle.period == pytest.approx(2.3030386346870, abs=1e-11)
+        np.testing.assert_allclose(np.sort(cycle.multipliers.real), [0.19684542, 0.37965799, 0.85212879], atol=1e-7)
+        assert abs(cycle.x[1]) == pytest.approx(0.01788284, abs=1e-7)
+
+
+def test_motions_far_from_a_cycle_are_told():
+    """Half a cycle later the slide goes the other way: Newton's steps go to turns as fast as you like, and steps are shortened."""
+    eom, x = slide(1.0)
+    both = kn.Event("both", x)
+    for k in range(5):
+        start = kn.cycles.poincare(eom, q=[0.3 + 0.02 * k, 0.01 * k], u=[0.1, 0], section=both, count=8 + k % 3).states[
+            -1
+        ]
+        with pytest.raises(kn.SimulationError, match=r"Expected a cycle|variational equations"):
+            kn.limit_cycle(eom, q=start[:2], u=start[2:], section=both, rtol=1e-10, atol=1e-10)

@@ -16,6 +16,7 @@ O = kn.Point("O", fixed_in=N)
 x = kn.coordinate("x", "m")
 v = kn.speed("v", "m/s")
 k, c = kn.parameter("k", 4.0, "N/m"), kn.parameter("c", 0.2, "N*s/m")
+g = kn.parameter("g", 2.0, description="a gain of laws, which no load holds")
 F = kn.input("F", "N")
 P = O.at("P", x * N.x)
 HIGH = kn.Event("high", x, threshold=0.5, direction=1)
@@ -142,7 +143,20 @@ def test_a_sampled_controller_keeps_its_period_and_memory():
     for _ in range(2):  # what went on from it has left it as it was
         second = kn.simulate(EOM, 2, start=first, samples=[1.9])
         np.testing.assert_allclose(second.states[-1], whole.states[-1], atol=1e-9)
-    assert (first + second)[F][-1] == pytest.approx(whole[F][-1], abs=1e-9)
+    both = first + second
+    assert both[F][-1] == pytest.approx(whole[F][-1], abs=1e-9)
+    assert (len(both.phases), both.jumps) == (1, ())  # nothing changes where one goes on from the other
+
+
+@pytest.mark.parametrize("law", [-g * c * v, k * x * kn.sin(g * kn.time)])
+@pytest.mark.parametrize(("start", "then"), [(5.0, {g: 0.0}), (0.0, {g: 5.0, k: 9.0}), (3.0, {k: 9.0}), (3.0, {})])
+def test_gains_of_laws_go_on_unless_given_anew(law, start, then):
+    first = kn.simulate(EOM, (0, 1), q=[1], u=[0], parameters={g: start}, inputs={F: law})
+    own = kn.simulate(EOM, (1, 2), q=first.q[-1], u=first.u[-1], parameters={g: start, **then}, inputs={F: law})
+    for given in {}, {"inputs": {F: 1 * law}}:  # the law that goes on, and one that is given with the gains that were
+        second = kn.simulate(EOM, 2, start=first, parameters=then, **given)
+        np.testing.assert_allclose(second.states, own.states, atol=1e-9)
+        np.testing.assert_allclose((first + second)[F][-501:], own[F], atol=1e-8)
 
 
 def test_a_mechanism_goes_on():

@@ -194,6 +194,7 @@ def limit_cycle(
         within=within,
         tolerances=(rtol, atol),
         settings=settings,
+        closing=True,
     )
     constants = map_.known(guess_.parameters)
     _check_map(map_, constants)

@@ -23,7 +23,7 @@ from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.motion.derivatives.return_map import ReturnMap
-from kane.motion.derivatives.tangent_space import basis_of, flow_of
+from kane.motion.derivatives.tangent_space import basis_of, flow_of, sizes_of
 from kane.motion.derivatives.variation import Differential
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array, Complex
@@ -87,13 +87,8 @@ class Shooting:
         left[self._cyclic] = 0.0
         rate = Differential((), self.map.settings, {}).side(motion, 0).rate
         way = np.abs(rate) * float(motion.t[-1] - motion.t[0]) / (2 * np.pi)
-        return FirstReturn(x, motion, left, self._sizes(np.maximum(np.abs(motion.states).max(axis=0), way)), way)
-
-    def _sizes(self, size: Array) -> Array:
-        """The sizes to which components are compared: their own, but at least a tenth of the largest of their kind."""
-        eom = self.map.eom
-        kinds = np.split(size, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        return np.concatenate([np.maximum(k, 0.1 * k.max(initial=0) or 1.0) for k in kinds])
+        size = np.maximum(np.abs(motion.states).max(axis=0), way)
+        return FirstReturn(x, motion, left, sizes_of(self.map.eom, size, 0.1), way)
 
     @property
     def _cyclic(self) -> list[int]:
@@ -108,7 +103,7 @@ class Shooting:
         kept = [k for k, name in enumerate(names) if name not in self.cyclic]
         basis = basis[:, kept]
         back = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
-        n = len(shot.x)
+        n, place = len(shot.x), {s.name: k for k, s in enumerate(self.map.eom.state)}
         own = whole.x.copy()
         own[self._cyclic] = 0.0
         self._check_cyclic(own, shot.scale)
@@ -118,6 +113,7 @@ class Shooting:
             back @ own[:, :n] @ basis,
             back @ own[:, n:],
             flow.rest[kept],
+            shot.scale[[place[names[k]] for k in kept]],
             tuple(names[k] for k in kept),
             whole.t,
         )
@@ -196,15 +192,21 @@ class Shooting:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearized:
-    """T, T⁺, `d` = T⁺ D T, `by` = T⁺ ∂P/∂p, initial rates `rest` of the independent perturbations, their `names`, and δT."""
+    """T, T⁺, `d` = T⁺ D T, `by` = T⁺ ∂P/∂p, and δT; initial rates `rest` of the independent perturbations, their `sizes`, `names`."""
 
     basis: Array
     back: Array
     d: Array
     by: Array
     rest: Array
+    sizes: Array
     names: tuple[str, ...]
     t: Array
+
+    @property
+    def sized(self) -> Array:
+        """T⁺ D T of perturbations in units of their sizes."""
+        return self.d * self.sizes / self.sizes[:, None]
 
     def solve(self, right: Array) -> Array:
         """ξ of (I − D) ξ = right.
@@ -214,8 +216,9 @@ class Linearized:
         SimulationError
             if a multiplier is 1
         """
-        matrix = np.eye(len(self.d)) - self.d
-        scale = 1.0 + np.abs(self.d).max(axis=1, initial=0.0)
+        own = self.sized
+        matrix = np.eye(len(own)) - own
+        scale = 1.0 + np.abs(own).max(axis=1, initial=0.0)
         values = np.linalg.svd(matrix / scale[:, None], compute_uv=False)
         if values.min(initial=1.0) <= STATE_RANK:
             raise SimulationError(
@@ -223,13 +226,13 @@ class Linearized:
                 "or a coordinate may have any value. Give cyclic= for coordinates that need not return (of "
                 f"{', '.join(self.names)}), or section= instead of period= if nothing depends on time."
             )
-        return np.asarray(np.linalg.solve(matrix, right))
+        return np.asarray(np.linalg.solve(matrix, right / self.sizes) * self.sizes)
 
     def multipliers(self, on_section: bool) -> Complex:
         """The multipliers by decreasing magnitude; on a section without the trivial one."""
-        d = self.d
+        d = self.sized
         if on_section and len(d):
-            across = np.linalg.svd(self.rest[None, :])[2][1:].T
+            across = np.linalg.svd((self.rest / self.sizes)[None, :])[2][1:].T
             d = across.T @ d @ across
         found = np.asarray(np.linalg.eigvals(d), dtype=complex) if len(d) else np.zeros(0, dtype=complex)
         return found[np.lexsort((-found.imag, -np.round(np.abs(found), 12)))]

@@ -25,7 +25,7 @@ from kane.motion.derivatives.parameter_slopes import evaluated
 from kane.motion.derivatives.pulling import Laws
 from kane.motion.derivatives.tangent_space import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
-from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.expressions import Formula, gains_of
 from kane.motion.inputs.functions import constant
 from kane.motion.solution.phases import Phase, same_drive
 from kane.numeric.arrays import Array
@@ -234,8 +234,7 @@ def _refuse(found: Sequence[Expr], event: Event) -> None:
 
 def parameters_of(phase: Phase) -> dict[Expr, Any]:
     """The values of all parameters, those that occur only in inputs included."""
-    gains = [f.gains for f in phase.inputs.values() if isinstance(f, Formula)]
-    return {s: v for values in (*gains, phase.parameters) for s, v in values.items()}
+    return {**gains_of(phase.inputs), **phase.parameters}
 
 
 def _values(phase: Phase, by: Sequence[Parameter]) -> Array:

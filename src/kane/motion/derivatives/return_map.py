@@ -58,7 +58,8 @@ def named(eom: Equations, section: Any) -> Event:
 class ReturnMap:
     """P of equations: up to the `section`, or over a `period`, a number or an expression of parameters.
 
-    `within` is the longest time to the section (s), `t0` the start time of motions, `further` are options of `kn.simulate`.
+    `within` is the longest time to the section (s), `t0` the start time of motions, `further` are options of `kn.simulate`. `closing`:
+    motions begin on a section without action, and leave it also where rounding, or a step of Newton's, has put their start beside it.
     """
 
     eom: Equations
@@ -70,6 +71,7 @@ class ReturnMap:
     tolerances: tuple[float, float]
     settings: Settings | None = None
     further: Mapping[str, Any] = field(default_factory=dict)
+    closing: bool = False
 
     @staticmethod
     def of(eom: Equations, section: Any, period: Any, **given: Any) -> "ReturnMap":
@@ -138,7 +140,8 @@ class ReturnMap:
         drives = self.drives(parameters, begin)
         bounds = {name: self.further.get(name) for name in ("max_steps", "max_seconds", "first_step")}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
+        fresh, beside = self._fresh(x, constants)
+        first = Begin(q, u, None, a, fresh=fresh, beyond=beside)
         result: Solution = run_over_time(eom)(
             eom, span, first, (constants, drives), self.options, bounds, sample_times(samples, span)
         )
@@ -175,11 +178,15 @@ class ReturnMap:
         slopes = evaluate(weighted([quantity], [ONE], self.eom.state), values)
         return h, float(np.abs(slopes).sum() * np.abs(x).max(initial=0)) or 1.0
 
-    def _fresh(self, x: Array, constants: Mapping[Expr, float]) -> dict[str, float]:
+    def _fresh(self, x: Array, constants: Mapping[Expr, float]) -> tuple[dict[str, float], dict[str, float]]:
+        """By the section's name, if x lies on it, the side to which the motion leaves it, and how far beside it x may be."""
         if self.section is None:
-            return {}
+            return {}, {}
         h, terms = self.off(x, constants)
-        return {self.section.name: float(self.section.direction)} if abs(h) <= SIX_DIGITS * terms else {}
+        if abs(h) > SIX_DIGITS * terms:
+            return {}, {}
+        name, begins = self.section.name, self.closing and self.section.then is None
+        return {name: float(self.section.direction)}, {name: abs(h)} if begins else {}
 
     def _check_end(self, motion: Solution, span: tuple[float, float]) -> None:
         end, last = float(motion.t[-1]), motion.phases[int(motion.phase[-1])].parameters

@@ -10,6 +10,7 @@ from kane.analysis.flow import Flow, Preference, flow_at
 from kane.analysis.local import slopes_at
 from kane.analysis.perturbations import perturbations, spread
 from kane.analysis.state_checks import StateArrays
+from kane.equations.equations import Equations
 from kane.expr.symbols import Parameter, time
 from kane.motion.derivatives.parameter_slopes import input_changes
 from kane.motion.right_hand_side import Routines
@@ -31,6 +32,13 @@ class Side:
     def rate(self) -> Array:
         """(q̇, u̇, ȧ)."""
         return self.now.rate(self.t, np.append(self.x, 0.0))[:-1]
+
+
+def sizes_of(eom: Equations, sizes: Array, share: float) -> Array:
+    """Sizes of the states, each at least a `share` of the largest of its kind and unit: metres say nothing about radians."""
+    kinds = [(type(s), s.unit) for s in eom.state]
+    largest = {kind: max(x for x, k in zip(sizes.tolist(), kinds, strict=True) if k == kind) for kind in kinds}
+    return np.maximum(sizes, [share * largest[kind] or 1.0 for kind in kinds])
 
 
 def flow_of(side: Side) -> Flow:

@@ -113,16 +113,28 @@ def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: 
     return np.array(found), x
 
 
+def _solved(whole: Array, right: Array) -> Array:
+    """The solutions of stages; NaN where steps are so long that one has none, which shorter steps mend."""
+    try:
+        return np.asarray(np.linalg.solve(whole, right))
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
+
+
 def _chunk(
     stretch: Stretch, at: tuple[Array, Array], start: Array, guess: Array, scale: Array
 ) -> tuple[Array, Array, Array]:
-    """∂x/∂x₀ and ∂x/∂p over each step, and the state at the end of the last one; `at` are stage times and step lengths."""
-    now, n, x, (times, h) = stretch.now, len(start), guess.copy(), at
+    """∂x/∂x₀ and ∂x/∂p over each step, and the state at the end of the last one; `at` are stage times and step lengths.
+
+    States are solved for in units of their sizes, `scale`: pivots do not depend on the units of the model.
+    """
+    now, n, x, (times, h) = stretch.now, len(start), guess / scale, at
     steps, s = times.shape
-    flat, end = times.reshape(-1), start
+    flat, own_units, end = times.reshape(-1), scale / scale[:, None], start / scale
     for _ in range(_ROUNDS):
-        f = rates(now, flat, x.reshape(-1, n)).reshape(steps, s, n)
-        j = jacobians(stretch, flat, x.reshape(-1, n)).reshape(steps, s, n, n)
+        there = x.reshape(-1, n) * scale
+        f = rates(now, flat, there).reshape(steps, s, n) / scale
+        j = jacobians(stretch, flat, there).reshape(steps, s, n, n) * own_units
         whole = np.eye(s * n) - np.einsum("m,ij,mjab->miajb", h, _A, j).reshape(steps, s * n, s * n)
         unit = np.tile(np.eye(n), (s, 1))
         right = np.concatenate(
@@ -132,18 +144,19 @@ def _chunk(
             ],
             axis=2,
         )
-        solved = np.linalg.solve(whole, right).reshape(steps, s, n, n + 1)
-        change, end = np.empty_like(x), start
+        solved = _solved(whole, right).reshape(steps, s, n, n + 1)
+        change, end = np.empty_like(x), start / scale
         for m in range(steps):
             change[m] = solved[m, :, :, :n] @ end + solved[m, :, :, n]
             end = end + h[m] * _B @ (f[m] + np.einsum("jab,jb->ja", j[m], change[m]))
         x = x + change
-        if not np.abs(change / scale).max(initial=0) > ROUNDED * s * n:
+        if not np.abs(change).max(initial=0) > ROUNDED * s * n:
             break
-    own = np.eye(n) + np.einsum("m,j,mjab,mjbc->mac", h, _B, j, solved[:, :, :, :n])
+    own = (np.eye(n) + np.einsum("m,j,mjab,mjbc->mac", h, _B, j, solved[:, :, :, :n])) / own_units
     if stretch.by is None:
-        return own, np.zeros((steps, n, 0)), end
-    forced = stretch.by(flat, x.reshape(-1, n)).reshape(steps, s, n, -1)
+        return own, np.zeros((steps, n, 0)), end * scale
+    forced = stretch.by(flat, x.reshape(-1, n) * scale).reshape(steps, s, n, -1) / scale[:, None]
     right = np.einsum("m,ij,mjak->miak", h, _A, forced).reshape(steps, s * n, -1)
-    of_p = np.linalg.solve(whole, right).reshape(steps, s, n, -1)
-    return own, np.einsum("m,j,mjak->mak", h, _B, forced + np.einsum("mjab,mjbk->mjak", j, of_p)), end
+    of_p = _solved(whole, right).reshape(steps, s, n, -1)
+    gained = np.einsum("m,j,mjak->mak", h, _B, forced + np.einsum("mjab,mjbk->mjak", j, of_p))
+    return own, gained * scale[:, None], end * scale

@@ -28,7 +28,7 @@ from kane.motion.contact_motion import ContactMotion
 from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact, parameters_of
 from kane.motion.derivatives.moved_breakpoints import MovedBreakpoint, moved_breakpoints, own_jump
 from kane.motion.derivatives.parameter_slopes import Slopes, forcing, input_slopes
-from kane.motion.derivatives.tangent_space import Side
+from kane.motion.derivatives.tangent_space import Side, sizes_of
 from kane.motion.derivatives.transition import Stretch, transition
 from kane.motion.inputs.breakpoints import Span, next_end, on_from, up_to
 from kane.motion.inputs.expressions import controllers, turning_laws
@@ -163,8 +163,8 @@ class Differential:
         self._watched = tuple(watched)
         self._known, self._moved, self.length = {}, [], float(motion.t[-1] - motion.t[0])
         self.pace = np.ptp(motion.states, axis=0) / max(self.length, 1e-300)
-        size = np.abs(motion.states).max(axis=0)
-        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
+        way = np.abs(self.side(motion, 0).rate) * self.length / (2 * np.pi)
+        self.scale = sizes_of(motion.equations, np.maximum(np.abs(motion.states).max(axis=0), way), 1e-3)
 
     def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
         """Consecutive samples with the same equations: the first and last row of each group."""
@@ -293,16 +293,21 @@ class Differential:
                 return True
         return False
 
+    @np.errstate(over="ignore", invalid="ignore")  # steps that are too long leave no finite numbers, and are halved
     def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it has converged."""
         whole = max(self.length, 1e-300)
         steps = [s.parts(max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole))) for s in stretches]
+        size = np.divide.outer(self.scale, np.append(self.scale, np.ones(len(self.by))))
         found = self._with(stretches, [*range(len(stretches))], steps, again)
         open_, done = [*range(len(stretches))], dict(enumerate(found))
         for _ in range(_HALVINGS):
             steps = [2 * m for m in steps]
             finer = self._with(stretches, open_, steps, again)
-            off = [float(np.abs(b - done[i]).max() / np.abs(b).max()) for i, b in zip(open_, finer, strict=True)]
+            off = [
+                float(np.max(np.abs(b - done[i]) / size) / np.max(np.abs(b) / size))
+                for i, b in zip(open_, finer, strict=True)
+            ]
             done |= dict(zip(open_, finer, strict=True))
             open_ = [i for i, e in zip(open_, off, strict=True) if not e <= _AGREES]
             if not open_:

@@ -148,9 +148,9 @@ def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Ex
     return {s: float(v) for s, v in numbers.items() if v is not None}
 
 
-def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, Expr]:
-    """The numbers for parameters that occur in inputs alone."""
-    return {s: constant(v) for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
+def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, float]:
+    """The values of parameters that occur in inputs alone."""
+    return {s: v for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
 
 
 def given_parameters(given: Any) -> dict[Expr, Any]:
@@ -350,6 +350,10 @@ class SampleAndHold:
     memory: Any
     times: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
+
+    def copy(self) -> "SampleAndHold":
+        """The same controller with memory, times and values of its own, for a motion that goes on."""
+        return replace(self, memory=copy.deepcopy(self.memory), times=list(self.times), values=list(self.values))
 
     def due(self, t: float, x: Array) -> bool:
         """Call the controller if its next sampling time has come; returns whether it has."""

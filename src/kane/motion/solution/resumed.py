@@ -5,9 +5,8 @@ Equations fit if coordinates and speeds have the same names, and kinetic energy 
 the previous motion. Loads and constraints may differ: a disk slides first, and then rolls.
 """
 
-import copy
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from kane.dynamics.readings.quantities import evaluate_along
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
-from kane.expr.symbols import Input, input_of
-from kane.motion.inputs.expressions import Formula, HeldInput, SampleAndHold, value
+from kane.expr.symbols import Input, Symbol, input_of
+from kane.motion.inputs.expressions import Formula, HeldInput, SampleAndHold, formula, gains_of, value
 from kane.motion.inputs.functions import Recorded, constant
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
@@ -102,14 +101,16 @@ def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> 
     if start is None:
         return given
     names = {p.name: p for p in eom.parameters}
-    kept = {names[str(p)]: v for p, v in last_phase(start).parameters.items() if str(p) in names}
+    last = last_phase(start)
+    kept: dict[Expr, Any] = {names.get(str(s), s): v for s, v in gains_of(last.inputs).items()}
+    kept |= {names[str(p)]: v for p, v in last.parameters.items() if str(p) in names}
     known = {*names, *names.values()}
     own = {k: v for k, v in given.items() if k not in known} if isinstance(given, Mapping) else {}
     return {**kept, **named_values("parameters", eom.parameters, given), **own}
 
 
 def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters: Mapping[Expr, Any]) -> Any:
-    """The inputs given, completed by those of the `last` phase; sampled controllers keep their memory."""
+    """The inputs given, completed by those of the `last` phase with new `parameters`; sampled controllers keep their memory."""
     if last is None:
         return given
     before = {str(s): f for s, f in last.inputs.items()}
@@ -120,12 +121,19 @@ def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters:
     for s in eom.inputs:
         chain = [before.get(str(x)) for x in eom.inputs if input_of(x) is s]
         if isinstance(s, Input) and s.name not in new and all(f is not None for f in chain):
-            again = tuple(_again(s.name, f, parameters, held) for f in chain)
+            state = eom.state if len(chain) == 1 else ()
+            again = tuple(_again(s.name, f, parameters, state, held) for f in chain)
             found[s] = again if len(again) > 1 and callable(again[0]) else again[0]
     return {**found, **given}
 
 
-def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int, SampleAndHold]) -> Any:
+def _again(
+    name: str,
+    drive: Any,
+    parameters: Mapping[Expr, Any],
+    state: tuple[Symbol, ...],
+    held: dict[int, SampleAndHold],
+) -> Any:
     number = constant(drive)
     if number is not None:
         return number
@@ -135,10 +143,10 @@ def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int
             "the values of its function at the samples were saved."
         )
     if isinstance(drive, Formula):
-        return replace(drive, values={s: parameters.get(s, v) for s, v in drive.values.items()})
+        own = {s: float(parameters.get(s, v)) for s, v in drive.gains.items()}
+        return formula(name, drive.whole, {**drive.values, **parameters}, drive.state or state, own)
     if isinstance(drive, HeldInput):
-        group = held.setdefault(id(drive.group), copy.deepcopy(drive.group))
-        return HeldInput(group, drive.place)
+        return HeldInput(held.setdefault(id(drive.group), drive.group.copy()), drive.place)
     return drive
 
 

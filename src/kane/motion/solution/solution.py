@@ -19,7 +19,7 @@ from kane.equations.equations import Equations
 from kane.equations.mode_equations import equations_in
 from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import Expr
+from kane.expr.node import Expr, constant
 from kane.expr.symbols import Reaction
 from kane.expr.visit import substituted
 from kane.model.constraints import Constraint
@@ -235,7 +235,8 @@ class Solution(Attributes):
         inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
         exprs = in_mode(eom.system.contacts, eom.system.modes, exprs)
         if own := gains_of(phase.inputs):
-            exprs = [substituted(e, own) for e in asked(eom.derived, exprs).roots]
+            numbers = {s: constant(v) for s, v in own.items()}
+            exprs = [substituted(e, numbers) for e in asked(eom.derived, exprs).roots]
         values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 
