@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Build the source distribution, from it the wheel, and try the wheel as a user has it: installed alone, first at the versions of run.txt,
 # then at the lowest versions that pyproject.toml allows, where PATH holds no compiler and no node. At the lowest versions the tests
-# that need no other tool run too, warnings being errors. Usage: requirements/package.sh [python]
+# that need no other tool run too, warnings being errors, as on a Nehalem where this processor can be one: machines.sh leaves to this run what
+# it runs of them. One run looks after two things: where it fails, run the test by hand at these versions, and at those of dev.txt as on a
+# Nehalem (requirements/as_machine.sh). Usage: requirements/package.sh [python]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD bin=$PWD/.venv/bin python=${1:-python3}
@@ -61,5 +63,7 @@ case $found in
 esac
 cd "$root"
 # peers and what extras bring are absent here on purpose: their tests are skipped, and fail for want of them in `make test` alone
-env -u CI -u KANE_FULL "$work/lowest/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --dist worksteal --hypothesis-profile=quick -q \
-  tests/expr tests/program tests/equations tests/analysis tests/motion tests/numeric tests/interop
+on_nehalem=(bash requirements/as_machine.sh Nehalem)
+[ "$(uname -m)" = x86_64 ] || on_nehalem=()
+env -u CI -u KANE_FULL "${on_nehalem[@]}" "$work/lowest/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --dist worksteal \
+  --hypothesis-profile=quick -q tests/expr tests/program tests/equations tests/analysis tests/motion tests/numeric tests/interop

@@ -8,7 +8,6 @@ import os
 import shutil
 import zlib
 from collections.abc import Iterator
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -108,27 +107,50 @@ LONGEST = (
     "tests/laws/test_chosen_modes.py::test_the_modes_of_",
     "tests/interop/test_python_source.py::test_random_trees",
     "tests/analysis/test_inertial_regressor.py::test_inverse_dynamics_",
+    "tests/motion/fitting/test_fit.py::test_a_four_bar_within_",
+    "tests/motion/fitting/test_fit.py::test_a_chaotic_motion_",
     "tests/laws/test_random_axes.py::test_many_",
-    "tests/motion/test_c_bits.py::test_random_motions_",
+    "tests/motion/fitting/test_fit.py::test_stick_and_slip_within_",
+    "tests/laws/test_contacts.py::test_what_no_motion_may_do",
+    "tests/motion/test_c_rules.py::test_programs_keep_",
+    "tests/present/test_every_page.py::",
+    "tests/motion/many/test_cluster.py::test_a_killed_",
+    "tests/motion/fitting/test_fit.py::test_a_tree_within_",
+    "tests/analysis/test_trimming.py::test_a_cantilever_",
 )
 """Tests that take longest when all of them run, the longest first, by how their names begin."""
 
 
 def _dealt(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
-    """The longest tests are dealt out, one to each worker in turn, and come first; those of laws come before other short ones.
+    """The longest tests are dealt out, one to each worker in turn, and come first; then those of laws, and other slow ones.
 
-    xdist's `worksteal` gives each worker one stretch of the list, all of one length, and who has ended takes the end of another's.
+    xdist's `worksteal` gives each worker one stretch of the list, all of one length, and who has ended takes the end of another's. So
+    what is left at the end are short ones, and no worker waits for another's long one.
     """
     rank = {i: next((k for k, name in enumerate(LONGEST) if i.nodeid.startswith(name)), len(LONGEST)) for i in items}
     longest = sorted((i for i in items if rank[i] < len(LONGEST)), key=rank.__getitem__)
-    others = iter(
-        sorted((i for i in items if rank[i] == len(LONGEST)), key=lambda i: not i.nodeid.startswith("tests/laws/"))
-    )
+    slow, short = list[pytest.Item](), list[pytest.Item]()
+    for item in sorted(items, key=lambda i: not i.nodeid.startswith("tests/laws/")):
+        if rank[item] == len(LONGEST):
+            (slow if _is_long(item) else short).append(item)
     found = list[pytest.Item]()
     for k in range(workers):
-        length, own = (len(items) - len(found)) // (workers - k), longest[k::workers]
-        found += [*own, *islice(others, max(0, length - len(own)))]
+        own = [*longest[k::workers], *_stretch(slow, k, workers)]
+        length = (len(items) - len(found)) // (workers - k)
+        left = len(short) if k == workers - 1 else max(0, length - len(own))
+        found += [*own, *short[:left]]
+        del short[:left]
     return found
+
+
+def _stretch(items: list[pytest.Item], k: int, workers: int) -> list[pytest.Item]:
+    """The kth of as many stretches of equal length as there are workers: neighbours, which share fixtures, stay together."""
+    return items[k * len(items) // workers : (k + 1) * len(items) // workers]
+
+
+def _is_long(item: pytest.Item) -> bool:
+    """Whether a test is slow, or draws many examples."""
+    return bool(item.get_closest_marker("slow") or (os.environ.get("KANE_FULL") and _draws(item)))
 
 
 def _draws(item: pytest.Item) -> bool:

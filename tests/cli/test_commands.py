@@ -223,7 +223,15 @@ def test_no_result_is_written_over_the_model(tmp_path):
     assert file.read_text(encoding="utf-8") == SPRING
 
 
-LONG = ("bricard", "rattleback", "car_with_trailer", "whipple_bicycle", "pure_rolling_disk", "andrews_squeezer")
+LONG = (
+    "bricard",
+    "rattleback",
+    "car_with_trailer",
+    "whipple_bicycle",
+    "skidding_bicycle",
+    "pure_rolling_disk",
+    "andrews_squeezer",
+)
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in GALLERY])

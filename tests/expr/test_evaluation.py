@@ -30,6 +30,19 @@ def test_arrays_give_what_single_values_give(program: Program) -> None:
     assert np.broadcast_to(together, 3) == pytest.approx(np.array(single), rel=1e-9, abs=1e-9, nan_ok=True)
 
 
+@given(programs())
+def test_arrays_are_evaluated_alike_each_time(program: Program) -> None:
+    """In the first call node by node, then by a list of instructions; numbers among them, such as parameters, too."""
+    nodes, scaled = program.nodes(), np.array([1.0, 0.97, 1.01])
+    run = compile_reference(nodes, LEAVES)
+    given = [v * scaled if k % 2 else v for k, v in enumerate(program.values)]
+    first = run(given)
+    run([v * scaled[::-1] for v in program.values])
+    for one, other in zip(first, run(given), strict=True):
+        assert type(one) is type(other)
+        assert np.array_equal(one, other, equal_nan=True)
+
+
 @pytest.mark.parametrize("name", [n for n, op in OPS.items() if op.arity])
 def test_each_operation(name: str) -> None:
     op = OPS[name]

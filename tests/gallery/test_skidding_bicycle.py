@@ -150,6 +150,7 @@ def test_the_rear_wheel_locks_and_skids_to_rest() -> None:
     assert sol.energy[0] - sol.energy[-1] == pytest.approx(friction + brake_work, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_rear_wheel_lifts_off_where_the_front_one_brakes() -> None:
     """At a = g (w − b)/h but for the inertia of the front wheel, whose spin falls, too."""
     rate, much = 600.0, {"mu_k": 1.0, "mu_s": 1.2}

@@ -12,19 +12,20 @@ from kane.dynamics.constraints.manifold import contacts, touches
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import generalized_by_motion, mass_rows
 from kane.dynamics.lazy import Lately, LazyMapping, read
-from kane.expr.build import add, neg, sub
+from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import Operations, Walk, count_operations, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import joined
 from kane.expr.forms.shorter import shortened
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, Exprs, constant
 from kane.expr.ops import Immutable
-from kane.expr.regular import Guards, Sizes, extended, factors, guarding, never_zero, size, unguarded
+from kane.expr.regular import Guards, Sizes, extended, factors, guarding, largest, never_zero, size, unguarded
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substituting
 from kane.kinematics.velocities import Motion
 from kane.model.constraints import Constraint
 from kane.numeric.sampling import SEED, sample
+from kane.numeric.scale import CLOSED, SIX_DIGITS
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -198,6 +199,25 @@ class Solved(Immutable):
         return AffineConstraints(
             tuple(rows.constraints[r] for r in e.partition.rows), Matrix(a), tuple(map(neg, e.b_n))
         )
+
+    speed_residuals = read[Exprs](
+        lambda s: tuple(add(dot(a, s.derived.speeds), b) for a, b in zip(s.held.a, s.held.b, strict=True)),
+        "A u + b, one of each of the constraints `held`.",
+    )
+
+    @read
+    def speed_limits(self) -> Mapping[int, Expr]:
+        """The limits of |A u + b| due to rounding, by the numbers of the constraints `held`."""
+        speeds, (_, rows, rests) = self.derived.speeds, self.held
+        fastest = largest(speeds)
+        memo: Sizes = {}
+
+        def limit(k: int) -> Expr:
+            a, b = rows.take([k]).entries, rests[k]
+            left = add(size(self.speed_residuals[k], memo), mul(largest(size(x, memo) for x in a), fastest))
+            return add(mul(constant(SIX_DIGITS), largest([*map(mul, a, speeds), b])), mul(constant(CLOSED), left))
+
+        return LazyMapping(range(len(rests)), limit)
 
     @read
     def redundant(self) -> tuple[Constraint, ...]:

@@ -207,8 +207,8 @@ def know(op: Op) -> None:
 class Walk:
     """The repeated evaluation of several expressions together, each node once per state.
 
-    The nodes are listed once; from the second state of plain numbers on a list of instructions in Python floats is used, with the same
-    results.
+    The nodes are listed once; from the second state on a list of instructions is used, in Python floats where all are plain numbers,
+    with the same results.
     """
 
     def __init__(self, roots: Iterable[Any]) -> None:
@@ -221,7 +221,7 @@ class Walk:
         for node in self.order:
             if not node.args:
                 self.leaves[node] = math.pi if node.op is PI else _number(node)
-        self._walked = False
+        self._walked = self._walked_in_arrays = False
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
@@ -252,7 +252,10 @@ class Walk:
         given: dict[Expr, Any] = {s: _plain(values[s]) for s in self.symbols}
         with np.errstate(all="ignore"):
             if any(type(v) is not float for v in given.values()):
-                return self._through(given, _NUMPY, lambda v: np.float64(v) if type(v) is float else v)
+                if self._walked_in_arrays:
+                    return self._in_steps(given)
+                self._walked_in_arrays = True
+                return self._through(given, _NUMPY, _of_numpy)
             if self._walked:
                 return self._in_batches(given)
             self._walked = True
@@ -264,12 +267,34 @@ class Walk:
         with np.errstate(all="ignore"):
             return [self._in_batches({s: row[k] for s, k in places}) for row in rows]
 
+    @cached_property
+    def _steps(self) -> tuple[list[tuple[Callable[..., Any], tuple[int, ...]]], list[int]]:
+        """The operations, each with the places of its arguments among the leaves and earlier results; the places of the roots."""
+        place = {leaf: i for i, leaf in enumerate(self.leaves)}
+        steps: list[tuple[Callable[..., Any], tuple[int, ...]]] = []
+        for node in self.order:
+            if node.args:
+                steps.append((_NUMPY[node.op], tuple([place[a] for a in node.args])))
+                place[node] = len(place)
+        return steps, [place[r] for r in self.roots]
+
+    def _in_steps(self, given: dict[Expr, Any]) -> list[Any]:
+        w = [_of_numpy(given[leaf] if value is None else value) for leaf, value in self.leaves.items()]
+        steps, roots = self._steps
+        for function, at in steps:
+            w.append(function(w[at[0]], w[at[1]]) if len(at) == 2 else function(*[w[i] for i in at]))
+        return [w[i] for i in roots]
+
     def _through(self, given: dict[Expr, Any], functions: dict[Op, Callable[..., Any]], number: Any) -> list[Any]:
         found = {leaf: number(given[leaf] if value is None else value) for leaf, value in self.leaves.items()}
         for node in self.order:
             if node.args:
                 found[node] = functions[node.op](*[found[a] for a in node.args])
         return [found[r] for r in self.roots]
+
+
+def _of_numpy(value: Any) -> Any:
+    return np.float64(value) if type(value) is float else value
 
 
 def _number(leaf: Expr) -> float | None:

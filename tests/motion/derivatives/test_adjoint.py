@@ -210,6 +210,7 @@ def test_integrands_that_jump():
         s.cost(integral=kn.where(kn.less(x, 0.3), 0.0, 1.0))
 
 
+@pytest.mark.slow
 def test_ways_back_by_collocation_beyond_a_breakpoint_begin_before_later_events():
     """A motion has rows at its events, too: the state where a stretch begins is none of those behind them."""
     g, e, frame = kn.parameter("g", 9.81), kn.parameter("e", 0.8), kn.Frame("N")

@@ -353,7 +353,7 @@ def begin_alike(eom, end, **given):
     return list(alone.cause.values)
 
 
-@pytest.mark.parametrize("guesses", [(-3.672, -3.868), (0.853, 1.836)])
+@pytest.mark.parametrize("guesses", [(-3.672, -3.868), pytest.param((0.853, 1.836), marks=pytest.mark.slow)])
 def test_starts_far_from_their_guesses(guesses, rng):
     """The first four-bar does not close; from far away Newton's steps of others come to the further branch alone."""
     eom, count = kn.derive(four_bar.system()), 120
@@ -391,7 +391,7 @@ def test_starts_whose_nearest_branch_the_first_does_not_have():
     begin_alike(eom, 5e-4, q=guesses | {"x": [0.198, 0.241, 0.195]}, u={"u_x": 0.1}, parameters=own)
 
 
-@pytest.mark.parametrize("guesses", [(1.2, 0.1), (3.0, 5.0)])
+@pytest.mark.parametrize("guesses", [(1.2, 0.1), pytest.param((3.0, 5.0), marks=pytest.mark.slow)])
 def test_starts_between_lengths_and_angles(guesses, rng):
     """Which branch is nearer is told by lengths beside angles, in sizes that differ from slider-crank to slider-crank."""
     eom, count = kn.derive(slider_crank.system()), 120

@@ -18,17 +18,15 @@ from kane.dynamics.formulation.recursive import WAYS, keep_digits
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Pivot, Reading, Solved
 from kane.errors import SimulationError, SingularError, ValueMissingError, cut, warn
-from kane.expr.build import add, mul
 from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
-from kane.expr.matrix import dot
-from kane.expr.node import Expr, constant, postorder
+from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, GONE, WHERE
-from kane.expr.regular import Sizes, factors, guarding, guards_below, largest, size, unguarded
+from kane.expr.regular import factors, guarding, guards_below, unguarded
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituting
 from kane.numeric.arrays import Array, First, Mask, first_index
 from kane.numeric.rank import balance, balanced, null_direction, surely_regular
-from kane.numeric.scale import CLOSED, SIX_DIGITS, SOLVE_RANK, STATE_RANK, SURELY_REGULAR, TAKES_PART
+from kane.numeric.scale import SOLVE_RANK, STATE_RANK, SURELY_REGULAR, TAKES_PART
 
 
 def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
@@ -81,17 +79,11 @@ def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
 
 def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
     """The constraints whose symbols are all known: name, A u + b, and the limit due to rounding."""
-    speeds, rows = solved.derived.speeds, []
-    memo: Sizes = {}
-    fastest = largest(speeds)
-    for constraint, a, b in zip(solved.held.constraints, solved.held.a, solved.held.b, strict=True):
-        rate = add(dot(a, speeds), b)
-        if all(s in known or (isinstance(s, Parameter) and s.default is not None) for s in free_symbols([rate])):
-            terms = largest([*map(mul, a, speeds), b])
-            left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
-            limit = add(mul(constant(SIX_DIGITS), terms), mul(constant(CLOSED), left))
-            rows.append((constraint.name, rate, limit))
-    return rows
+    return [
+        (constraint.name, rate, solved.speed_limits[k])
+        for k, (constraint, rate) in enumerate(zip(solved.held.constraints, solved.speed_residuals, strict=True))
+        if all(s in known or (isinstance(s, Parameter) and s.default is not None) for s in free_symbols([rate]))
+    ]
 
 
 def check_on_constraints(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> None:

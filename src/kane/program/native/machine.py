@@ -4,7 +4,7 @@
 A `Library` owns the code, which is freed with it. Entries hold a reference to their library, and addresses never leave this package.
 
 Any thread may compile, link and free libraries: a reentrant lock of llvmlite serializes access to LLVM (the garbage collector may free
-a library during a compilation in the same thread). Each compilation has its own context and each library its own linker, so that all
+a library during a compilation in the same thread). Each compilation has its own context, and few libraries share a linker, so that all
 their memory is released.
 """
 
@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
+from itertools import count
 from typing import Any
 
 from kane.errors import Attributes, ProgramError, warn
@@ -158,6 +159,24 @@ def target(cpu: str = "host", features: str = "") -> Processor:
     return Processor(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *asked) if f))
 
 
+_SHARED = 16
+"""Libraries that share a linker: making one takes longer than linking, but it keeps some 10 kB of each until the last is freed."""
+_numbers = count()
+
+
+@cache
+def _linker() -> Any:
+    return _llvm().create_lljit_compiler()
+
+
+def _place() -> tuple[Any, str]:
+    """The linker of the next library, and the name that it has there; called under the lock."""
+    number = next(_numbers)
+    if number % _SHARED == 0:
+        _linker.cache_clear()
+    return _linker(), f"kane{number}"
+
+
 class Library:
     """Linked machine code.
 
@@ -175,7 +194,7 @@ class Library:
             for symbol in symbols:
                 builder.export_symbol(symbol)
             try:
-                self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it owns the linker
+                self._tracker = builder.link(*_place())  # it owns its share of the linker
             except RuntimeError as error:
                 raise ProgramError(f"Expected code that links and has {', '.join(symbols)}, got: {error}") from error
 
