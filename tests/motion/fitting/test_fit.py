@@ -32,6 +32,33 @@ def test_without_noise_the_values_are_exact():
     np.testing.assert_allclose(again["x"], true["x"], atol=1e-7)
 
 
+@pytest.mark.parametrize(("length", "mass", "time"), [(1e-3, 1, 1), (1, 1e-3, 1), (1e3, 1e3, 1e3), (1e-6, 1e-9, 1e-3)])
+def test_errors_in_other_units(length, mass, time):
+    """A Duffing oscillator in metres, kilograms and seconds, and in others: the same values and standard errors."""
+
+    def fitted(L, M, T):
+        N = kn.Frame("N")
+        x, u = kn.coordinate("x", "m"), kn.speed("u", "m/s")
+        units = {"k": M / T**2, "c": M / T, "h": M / (T * L) ** 2, "x": L, "u": L / T}
+        k, c, h = (
+            kn.parameter("k", 30 / units["k"]),
+            kn.parameter("c", 0.7 / units["c"]),
+            kn.parameter("h", 40 / units["h"]),
+        )
+        block = kn.Particle("block", kn.Point("O", fixed_in=N).at("P", x * N.x), 2 / M)
+        pull = kn.Force(block.point, -(k * x + c * u + h * x**3) * N.x)
+        eom = kn.derive(kn.System(N, bodies=[block], speeds={u: x.dt}, loads=[pull]))
+        t = np.linspace(0, 3, 31)
+        fine = {"rtol": 1e-11, "atol": 1e-11 * min(1.0, 1 / L)}
+        true = kn.simulate(eom, (0, 3 / T), q=[0.5 / L], u=[0.1 / units["u"]], samples=t / T, **fine)
+        noise = 1e-3 * np.random.default_rng(1).normal(size=31)
+        guess = {"q": [0.45 / L], "u": [0], "parameters": {k: 25 / units["k"], c: 0.5 / units["c"], h: 20 / units["h"]}}
+        found = kn.fit(eom, {"t": true.t, "x": true["x"] + noise / L}, [*units], atol=fine["atol"], **guess)
+        return [[a[s] * units[s.name] for s in found.values] for a in (found.values, found.errors)]
+
+    np.testing.assert_allclose(fitted(length, mass, time), fitted(1, 1, 1), rtol=1e-6)
+
+
 SETS = 100
 
 

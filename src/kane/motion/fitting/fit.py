@@ -569,9 +569,7 @@ class FitSearch:
 
     def _fit_at(self, z: Array) -> Fit:
         problem = self.problem
-        self._check_determined(z)
-        j = problem.condensed(z)
-        whole: Array = np.asarray(np.linalg.pinv(j.T @ j, hermitian=True), dtype=np.float64)
+        whole = self._covariance(z)
         errors = dict(zip(problem.leading, np.sqrt(np.diag(whole)).tolist(), strict=True))
         place = {key: i for i, key in enumerate(problem.leading)}
         order = [place[0, s] for s in self.courses[0].by]
@@ -609,8 +607,8 @@ class FitSearch:
             data,
         )
 
-    def _check_determined(self, z: Array) -> None:
-        """Raises SimulationError that names the unknowns which the measurements do not determine."""
+    def _covariance(self, z: Array) -> Array:
+        """(JᵀJ)⁻¹, by columns of J of equal size; SimulationError names the unknowns which the measurements do not determine."""
         problem = self.problem
         j, set_of = problem.condensed(z), {k: i for i, k in enumerate(problem.heads)}
         symbols = [f"{s} of set {set_of[k]}" if k else str(s) for k, s in problem.leading]
@@ -631,3 +629,5 @@ class FitSearch:
                 f"change of them does not change any measured value ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} "
                 "directions). Give values of some, or measure more."
             )
+        back = rows.T / values / sizes[:, None]
+        return np.asarray(back @ back.T)
