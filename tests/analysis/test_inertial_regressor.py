@@ -265,3 +265,39 @@ def test_base_parameters_in_any_unit_of_length(size):
     assert dict(zip(base.names, rows["a: I_zz"], strict=True)) == pytest.approx(
         dict.fromkeys(base.names, 0.0) | {"a: m": -0.09, "a: I_zz": 1.0, "b: m": 0.4}
     )
+
+
+@pytest.mark.parametrize("units", [(1e-3, 1, 1), (1, 1, 1e-3), (1e3, 1e3, 1e3), (1e-6, 1e-9, 1e-3)])
+def test_an_arm_in_other_units(units):
+    """As many base parameters, and the same possible bodies from noisy forces, in metres, kilograms, seconds and in others."""
+
+    def told(L, M, T):
+        N = kn.Frame("N")
+        one = kn.pin("1", kn.Point("O", fixed_in=N), N, axis=N.z)
+        two = kn.pin("2", one.point.at("P", 0.8 / L * one.frame.x + 0.1 / L * one.frame.z), one.frame, axis=one.frame.x)
+        moments = (0.02, 0.2, 0.21), (0.05, 0.01, 0.055)
+        bodies = [
+            kn.RigidBody(
+                name,
+                frame=joint.frame,
+                mass_center=joint.point.at(f"C{name}", 0.3 / L * way),
+                mass=m / M,
+                inertia=kn.inertia(joint.frame, *(x / (M * L**2) for x in own)),
+            )
+            for name, joint, way, m, own in zip(
+                "ab", (one, two), (one.frame.x, two.frame.y), (2, 1), moments, strict=True
+            )
+        ]
+        weight = kn.gravity(-9.81 * T**2 / L * N.z)
+        r = regressor(kn.derive(kn.System(N, bodies=bodies, joints=[one, two], loads=[weight])))
+        rng = np.random.default_rng(0)
+        q, u, a = rng.normal(size=(3, 2, 40))
+        y = r.at(list(q), list(u * T), list(3 * a * T**2))
+        forces = y @ r.numbers() + 0.05 * rng.normal(size=(40, 2)) * T**2 / (M * L**2)
+        kinds = {"m": M, "c": M * L, "I": M * L**2}
+        sizes = [kinds[name.split(": ")[1].split()[-1][0]] for name in r.names]
+        return r.base().rank, r.possible(y, forces) * sizes
+
+    (rank, bodies), (as_ever, wanted) = told(*units), told(1, 1, 1)
+    assert rank == as_ever == 8
+    np.testing.assert_allclose(bodies, wanted, rtol=0, atol=1e-7)

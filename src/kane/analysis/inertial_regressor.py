@@ -35,14 +35,17 @@ from kane.expr.build import add
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import rate, time
+from kane.expr.regular import Sizes, size
+from kane.expr.symbols import Symbol, rate, time
 from kane.expr.visit import substituted
 from kane.model.bodies import Particle, RigidBody
 from kane.numeric.arrays import Array, common_shape
 from kane.numeric.pseudo_inertia import UNITS, WEIGHT, distance, made_positive, root_of, step_rows
 from kane.numeric.rank import least_squares
 from kane.numeric.sampling import SEED, named_values
+from kane.numeric.scale import ROUNDED_TERMS
 from kane.space.vector import Vector
+from kane.units.rules import BASES, parse
 
 _MOMENTS = ((0, 0, "xx"), (1, 1, "yy"), (2, 2, "zz"), (0, 1, "xy"), (1, 2, "yz"), (2, 0, "zx"))
 _TELLS = 1e-9
@@ -52,6 +55,8 @@ _KINDS = {"m": 2, "m c": 1, "I_x": 0, "I_y": 0, "I_z": 0}
 _STATES = 12
 """Random states for each parameter."""
 _TRIES = 5
+_DECADES = 3
+"""Powers of ten, up and down, of the scales of time and length of random states."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,10 +183,9 @@ class Regressor(Attributes):
 
         `near` are coordinates, by name or in order, around which states are drawn; under constraints the states are assembled.
         """
-        y = self._random(parameters, near, np.random.default_rng(seed)).reshape(-1, len(self.names))
-        sizes = np.linalg.norm(y, axis=0)
-        seen = np.flatnonzero(sizes > _TELLS * sizes.max())
-        scaled = y[:, seen] / sizes[seen]
+        y, terms = self._random(parameters, near, np.random.default_rng(seed))
+        seen = np.flatnonzero((np.abs(y) > ROUNDED_TERMS * terms).any(axis=0))
+        scaled, sizes = _levelled(y[:, seen])
         chosen = list[int]()
         rest = scaled.copy()
         for i in sorted(range(len(seen)), key=lambda i: _KINDS[self.names[seen[i]].rpartition(": ")[2][:3]]):
@@ -194,22 +198,35 @@ class Regressor(Attributes):
         chosen.sort()
         k = np.zeros((len(chosen), len(self.names)))
         solved = least_squares(scaled[:, chosen], scaled) if chosen else np.zeros((0, len(seen)))
-        k[:, seen] = np.where(np.abs(solved) < _TELLS, 0.0, solved) * sizes[seen] / sizes[seen][chosen][:, None]
+        k[:, seen] = np.where(np.abs(solved) < _TELLS, 0.0, solved) * sizes / sizes[chosen][:, None]
         names = np.array(self.names, dtype=object)
         without = tuple(names[np.setdiff1d(np.arange(len(names)), seen)].tolist())
         return BaseParameters(self.names, tuple(names[seen[chosen]].tolist()), k, without)
 
-    def _random(self, parameters: Mapping[Any, float] | None, near: Any, rng: np.random.Generator) -> Array:
-        """Y at random states on the constraints; only the accelerations of independent speeds matter."""
+    def _random(
+        self, parameters: Mapping[Any, float] | None, near: Any, rng: np.random.Generator
+    ) -> tuple[Array, Array]:
+        """Y at random states on the constraints, and the sizes of the terms of its entries (rows × k).
+
+        Only the accelerations of independent speeds matter. Each state has its own scales of time and, without constraints, of length,
+        over several decades: which terms dominate does not depend on units then.
+        """
         eom, found = self.eom, list[tuple[Mapping[Any, float], Mapping[Any, float], Array]]()
         count = max(6, -(-_STATES * len(self.names) // max(1, len(self.matrix))))
         middle = dict.fromkeys(eom.coordinates, 0.0) | named_values("coordinates", eom.coordinates, near)
         wide, held = 1.0 if near is None else 0.3, bool(eom.constraints.constraints or eom.system.euler_parameters)
         given = {"parameters": parameters, "inputs": dict.fromkeys(eom.inputs, 0.0), "t": 0.3}
+        memo: Sizes = {}
+        entries = [e for row in self.matrix for e in row]
         for _ in range(count * _TRIES):
-            q: Mapping[Any, float] = {s: float(v) + wide * float(rng.normal()) for s, v in middle.items()}
-            u: Mapping[Any, float] = {s: float(rng.normal()) for s in eom.speeds}
-            accelerations = rng.normal(size=len(eom.speeds))
+            fast, far = 10 ** rng.uniform(-_DECADES, _DECADES, 2)
+            free = not held and near is None
+            length: dict[Expr, float] = {
+                s: far if free and _is_length(s) else 1.0 for s in (*eom.coordinates, *eom.speeds)
+            }
+            q: Mapping[Any, float] = {s: float(v) + wide * length[s] * float(rng.normal()) for s, v in middle.items()}
+            u: Mapping[Any, float] = {s: fast * length[s] * float(rng.normal()) for s in eom.speeds}
+            accelerations = np.array([fast**2 * length[s] for s in eom.speeds]) * rng.normal(size=len(eom.speeds))
             try:
                 if held:
                     guesses = ({s: guess(v) for s, v in own.items()} for own in (q, u))
@@ -220,7 +237,10 @@ class Regressor(Attributes):
             found.append((q, u, accelerations))
             if len(found) == count:
                 q_all, u_all = [{s: np.array([state[k][s] for state in found]) for s in found[0][k]} for k in (0, 1)]
-                return self.at(q_all, u_all, list(np.transpose([own[2] for own in found])), **given)
+                rates = list(np.transpose([own[2] for own in found]))
+                table = self._values([*entries, *(size(e, memo) for e in entries)], q_all, u_all, rates, **given)
+                y, terms = table.reshape(count, 2, -1, len(self.names)).swapaxes(0, 1).reshape(2, -1, len(self.names))
+                return y, terms
         raise SimulationError(
             f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got only "
             f"{len(found)} of {count} random ones. Give near=, coordinates at which the mechanism closes."
@@ -294,6 +314,21 @@ def regressor(eom: Equations) -> Regressor:
     return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads))
 
 
+def _is_length(s: Symbol) -> bool:
+    """Whether the unit of a coordinate or speed contains a length."""
+    return bool(s.unit and parse(s.unit).exponents[[*BASES].index("m")])
+
+
+def _levelled(y: Array) -> tuple[Array, Array]:
+    """Y with rows and columns of length 1, nearly, and the lengths of its columns."""
+    sizes = np.ones(y.shape[1])
+    for _ in range(3):
+        rows = np.linalg.norm(y / sizes, axis=1, keepdims=True)
+        sizes = np.linalg.norm(y / np.where(rows > 0, rows, 1.0), axis=0)
+    level = y / np.where(rows > 0, rows, 1.0) / sizes
+    return level, sizes
+
+
 def _columns(
     whole: Motions, body: RigidBody | Particle, free_fall: Vector
 ) -> Iterator[tuple[str, Expr, Vector, Vector | None]]:
@@ -354,16 +389,18 @@ def possible(y: Array, forces: Array, sizes: Sequence[int], model: Array) -> Arr
         if a mass of the model is not positive, or no minimum is found
     """
     bodies, pi, start = list[_Body](), model.astype(float), 0
-    for size in sizes:
-        at = slice(start, start := start + size)
+    for count in sizes:
+        at = slice(start, start := start + count)
         if not pi[at.start] > 0:
             raise SimulationError(f"Expected first masses above zero, got {pi[at.start]:g}. Give parameters=.")
-        units = UNITS if size > 1 else _PARTICLE
+        units = UNITS if count > 1 else _PARTICLE
         first = made_positive(np.tensordot(pi[at], units, 1))
-        pi[at] = np.linalg.lstsq(units.reshape(size, -1).T, first.reshape(-1))[0]
+        pi[at] = np.linalg.lstsq(units.reshape(count, -1).T, first.reshape(-1))[0]
         bodies.append(_Body(at, units, first))
-    free = forces - y @ np.linalg.lstsq(y, forces)[0]
-    spread = np.linalg.norm(free) / max(len(forces) - np.linalg.matrix_rank(y), 1) ** 0.5
+    long = np.linalg.norm(y, axis=0)
+    equal = y / np.where(long > 0, long, 1.0)
+    free = forces - equal @ np.linalg.lstsq(equal, forces)[0]
+    spread = np.linalg.norm(free) / max(len(forces) - np.linalg.matrix_rank(equal), 1) ** 0.5
     sigma = max(float(spread), _LEAST * float(np.linalg.norm(forces)) / len(forces) ** 0.5, 1e-300)
     return _least(y / sigma, forces / sigma, bodies, pi)
 

@@ -19,8 +19,8 @@ from kane.numeric.arrays import Array, by_substitution
 _PAIRS = ((0, 1), (1, 2), (2, 0))
 WEIGHT = 1e-4
 """Of the distance, beside half the squares of residuals of the size of their deviations: far less than their noise changes."""
-_INSIDE = 1e-6
-"""Eigenvalues of what is made positive, of the largest."""
+_INSIDE = 4e-5
+"""Least eigenvalue of a matrix that is made positive, as a share of the largest, with Σ divided by tr Σ/m: it does not depend on units."""
 
 
 def _units() -> Array:
@@ -45,9 +45,13 @@ def of(values: Array) -> Array:
 
 
 def made_positive(j: Array) -> Array:
-    """The nearest symmetric matrix to J with positive eigenvalues."""
-    values, vectors = np.linalg.eigh(j)
-    return np.asarray((vectors * np.maximum(values, _INSIDE * max(float(values[-1]), 1e-300))) @ vectors.T)
+    """The nearest symmetric matrix to J with positive eigenvalues, if lengths are measured in √(tr Σ/m)."""
+    second, m = abs(float(np.trace(j[:-1, :-1]))), abs(float(j[-1, -1]))
+    sizes = np.ones(len(j))
+    sizes[:-1] = np.sqrt(second / m) if second and m else 1.0
+    values, vectors = np.linalg.eigh(j / np.outer(sizes, sizes))
+    least = _INSIDE * max(float(values[-1]), 1e-300)
+    return np.asarray((vectors * np.maximum(values, least)) @ vectors.T * np.outer(sizes, sizes))
 
 
 def root_of(j: Array) -> Array | None:
