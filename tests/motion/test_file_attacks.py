@@ -233,7 +233,8 @@ def test_parts_that_do_not_fit_are_named(tmp_path, name, value):
         if own is not None:
             value = np.concatenate([own, own[:1]]) if value is None else np.full(own.shape, value)
     with pytest.raises(
-        kn.SolutionFileError, match=r"do not fit together \(\w+: .*\)\. Simulate again|differs in|belong to another system"
+        kn.SolutionFileError,
+        match=r"do not fit together \(\w+: .*\)\. Simulate again|differs in|belong to another system",
     ):
         sealed(path, **{name: value})
 

@@ -20,7 +20,7 @@ _PAIRS = ((0, 1), (1, 2), (2, 0))
 WEIGHT = 1e-4
 """Of the distance, beside half the squares of residuals of the size of their deviations: far less than their noise changes."""
 _INSIDE = 4e-5
-"""Least eigenvalue of a matrix that is made positive, as a share of the largest, with Σ divided by tr Σ/m: it does not depend on units."""
+"""Least eigenvalue of a matrix that is made positive, as a share of the largest, with lengths in √(tr Σ/m)."""
 
 
 def _units() -> Array:
