@@ -158,3 +158,20 @@ def test_what_cannot_be_followed():
     disk = systems.rolling_disk()
     with pytest.raises(kn.ValueMissingError, match=r"determine one branch, got a family of branches: .*u2.*u3"):
         kn.continuation(disk, "q2", [0.1, 0.3], u={"u3": kn.guess(-9.0), "u2": kn.guess(0.5)})
+
+
+@pytest.mark.parametrize("range_", [8.0, 40.0, 120.0, 600.0, 5000.0])
+def test_two_turning_points_close_to_each_other(range_):
+    """A shallow von Mises truss snaps through: f = 2 k y (l/r − 1) is largest at r³ = l w²."""
+    N, (w, long, k) = kn.Frame("N"), (1.0, 1.02, 1000.0)
+    y, u, F = kn.coordinate("y"), kn.speed("u"), kn.input("F")
+    top = kn.Particle("top", kn.Point("O", fixed_in=N).at("P", y * N.y), 2.0)
+    r = kn.sqrt(w**2 + y**2)
+    pull = kn.Force(top.point, (2 * k * y * (long / r - 1) - 3 * u - F) * N.y)
+    eom = kn.derive(kn.System(N, bodies=[top], speeds={u: y.dt}, loads=[pull]))
+    values = np.linspace(-range_ / 2, range_ / 2, 5)
+    branch = kn.analysis.continuation(eom, F, values, q={y: kn.guess(0.3)})
+    at = np.sqrt((long * w**2) ** (2 / 3) - w**2)
+    most = 2 * k * at * (long / np.sqrt(w**2 + at**2) - 1)
+    np.testing.assert_allclose(branch.turning_points, [most, -most], rtol=1e-7)
+    assert len(branch) == 5 + 2 + 2 * (np.abs(values) < most).sum()  # values between them occur three times

@@ -19,6 +19,8 @@ from kane.progress import far
 
 _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
 """Steps along the curve, where the whole range of μ counts 1."""
+_STRAIGHT = 0.9
+"""Least cosine of the angles of a step and of the tangent at its end to the tangent at its beginning, except at corners."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,13 +101,15 @@ class ImplicitCurve:
         for _ in range(max_points):
             far(partial(where, y))
             new = self.corrected(y + step * tau, tau)
-            if new is None or np.linalg.norm(new - y) > 3 * step:
+            length = np.inf if new is None else float(np.linalg.norm(new - y))
+            if new is None or length > 3 * step:
                 step /= 2
                 if step < _SMALLEST:
                     return path(f"the branch could not be followed beyond {where(y)}")
                 continue
             ahead = self.tangent(new, tau)
-            if ahead @ tau < 0.9 and step > 100 * _SMALLEST:
+            # a chord off the tangent may pass over two turning points, with alike tangents at both ends
+            if min(float(ahead @ tau), step / length) < _STRAIGHT and step > 100 * _SMALLEST:
                 step /= 2
                 continue
             turns = tau[-1] * ahead[-1] < 0

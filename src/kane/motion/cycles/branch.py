@@ -18,6 +18,7 @@ from kane.analysis.solution_branches import changes, tracked
 from kane.errors import Attributes, SimulationError
 from kane.expr.symbols import Parameter
 from kane.motion.cycles.shooting import FirstReturn, Linearized, Shooting
+from kane.motion.derivatives.tangent_space import sizes_of
 from kane.numeric.arclength import ImplicitCurve
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.sampling import symbols_named
@@ -172,8 +173,7 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
         error=SimulationError,
     )
     indices = tuple(places.index(n) for n in cycle.names)
-    span = np.abs(cycle.solution.states).max(axis=0)
-    scale = np.maximum(span, 1e-6 * span.max(initial=0) or 1.0)[list(indices)]
+    scale = sizes_of(shooting.map.eom, np.abs(cycle.solution.states).max(axis=0), 1e-6)[list(indices)]
     chart = Chart(cycle, make, symbol, indices, np.append(scale, abs(values[-1] - begin)))
     y = np.append(cycle.x[list(indices)], begin) / chart.columns
     curve = ImplicitCurve(chart)
