@@ -123,7 +123,7 @@ def test_a_table_on_four_feet_is_led_until_its_forces_are_not_determined(tmp_pat
         numbers = [f"{name}={float(x)!r}" for name, x in (start | given).items()]
         done = subprocess.run([program, "0.5", "31", *numbers], capture_output=True, text=True, check=False)
         assert done.returncode == 1
-        assert "numbers alone do not tell how it goes on. Simulate it with kane." in done.stderr
+        assert "numbers alone do not determine how it continues. Simulate it with kane." in done.stderr
         found = np.array([[float(x) for x in line.split(",")] for line in done.stdout.split()[1:]])
         expected = np.column_stack([sol.t, sol.states])[: len(found)]
         assert np.array_equal(bits(found), bits(expected))
