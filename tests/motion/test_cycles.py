@@ -394,3 +394,30 @@ def test_motions_far_from_a_cycle_are_told():
         ]
         with pytest.raises(kn.SimulationError, match=r"Expected a cycle|variational equations"):
             kn.limit_cycle(eom, q=start[:2], u=start[2:], section=both, rtol=1e-10, atol=1e-10)
+
+
+def test_multipliers_by_euler_parameters_are_those_by_angles():
+    """A damped body on a ball joint that is driven: perturbations are small angles in one description, coordinates in the other."""
+
+    def multipliers(orientation):
+        hinge = kn.ball("b", O, N, orientation=orientation)
+        B = hinge.frame
+        body = kn.RigidBody(
+            "b", frame=B, mass_center=hinge.point.at("G", -0.5 * B.z), mass=1, inertia=kn.inertia(B, 0.1, 0.12, 0.05)
+        )
+        c, A = kn.parameter("c", 0.3, "N*m*s"), kn.parameter("A", 0.5, "N*m")
+        k, W = kn.parameter("k", 0.5, "N*m"), kn.parameter("W", 2.0, "rad/s")
+        loads = [
+            kn.gravity(-9.81 * N.z),
+            kn.Torque(B, A * kn.sin(W * kn.time) * N.x - c * B.angular_velocity(N)),
+            kn.Torque(B, k * N.x.dot(B.y) * N.z),
+        ]
+        eom = kn.derive(kn.System(N, bodies=[body], joints=[hinge], loads=loads))
+        rest = dict.fromkeys(eom.coordinates, 0.0) | dict.fromkeys(
+            eom.system.euler_parameters and eom.coordinates[:1], 1.0
+        )
+        settled = kn.simulate(eom, (0, 10 * np.pi), q=rest, u=0, samples=2)
+        cycle = kn.limit_cycle(eom, period=2 * kn.pi / W, q=settled.q[-1], u=settled.u[-1])
+        return np.sort_complex(cycle.multipliers)
+
+    np.testing.assert_allclose(multipliers("euler parameters"), multipliers("angles"), rtol=0, atol=1e-9)

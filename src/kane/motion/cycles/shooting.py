@@ -103,7 +103,7 @@ class Shooting:
         kept = [k for k, name in enumerate(names) if name not in self.cyclic]
         basis = basis[:, kept]
         back = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
-        n, place = len(shot.x), {s.name: k for k, s in enumerate(self.map.eom.state)}
+        n, known = len(shot.x), {s.name: x for s, x in zip(self.map.eom.state, shot.scale.tolist(), strict=True)}
         own = whole.x.copy()
         own[self._cyclic] = 0.0
         self._check_cyclic(own, shot.scale)
@@ -113,7 +113,7 @@ class Shooting:
             back @ own[:, :n] @ basis,
             back @ own[:, n:],
             flow.rest[kept],
-            shot.scale[[place[names[k]] for k in kept]],
+            np.array([known.get(names[k], 1.0) for k in kept]),  # 1 rad for small angles of Euler parameters
             tuple(names[k] for k in kept),
             whole.t,
         )
