@@ -443,8 +443,8 @@ class ContactMotion:
         # a slip that has turned before its end continues: from rest, along its acceleration
         turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
         if back or turned:
-            x, sliding = self._brought_to_rest(t, x, closed, back, sliding)
-            closed, touch = self.layout.together(closed | back), self.touch(t, x)
+            x, touch, sliding = self._brought_to_rest(t, x, touch, closed, back, sliding)
+            closed = self.layout.together(closed | back)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, replace(decided, hits=frozenset(hits)), begins
@@ -465,17 +465,19 @@ class ContactMotion:
         return x, sliding
 
     def _brought_to_rest(
-        self, t: float, x: Array, closed: set[int], back: set[int], sliding: Array
-    ) -> tuple[Array, Array]:
-        """The state at zero gap rates of `closed` and `back` and zero slips not `sliding`; directions of slip, also of `back`."""
-        stuck, touch = [n for n in closed if not sliding[n].any()], self.touch(t, x)
-        after = x.copy()
+        self, t: float, x: Array, touch: ContactsAtState, closed: set[int], back: set[int], sliding: Array
+    ) -> tuple[Array, ContactsAtState, Array]:
+        """The state at zero gap rates of `closed` and `back` and zero slips not `sliding`, with its contacts and directions of slip.
+
+        The directions are the previous ones, or those of `back`, unless a slip is reversed: friction would push along it.
+        """
+        after, stuck = x.copy(), [n for n in closed if not sliding[n].any()]
         after[self.q : self.q + touch.width] += touch.held(sorted(self.layout.together(closed | back)), stuck)
-        still = self._still(touch, back, self.none)
-        before, came = np.where(still.any(axis=1, keepdims=True), still, sliding), self.touch(t, after)
-        turned = np.flatnonzero((before * came.slips).sum(axis=1) < 0)  # friction as before would push these
-        before[turned] = self._still(came, set(turned.tolist()), self.none)[turned]
-        return after, before
+        there, still = self.touch(t, after), self._still(touch, back, self.none)
+        directions = np.where(still.any(axis=1, keepdims=True), still, sliding)
+        turned = np.flatnonzero((directions * there.slips).sum(axis=1) < 0)
+        directions[turned] = self._still(there, set(turned.tolist()), self.none)[turned]
+        return after, there, directions
 
     def _falls_back(self, touch: ContactsAtState, now: Decided, decided: Decided) -> set[int]:
         """Contacts that open and fall again before their gaps exceed rounding: they count as closed throughout."""
