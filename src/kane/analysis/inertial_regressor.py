@@ -41,7 +41,7 @@ from kane.expr.visit import substituted
 from kane.model.bodies import Particle, RigidBody
 from kane.numeric.arrays import Array, common_shape
 from kane.numeric.pseudo_inertia import UNITS, WEIGHT, distance, made_positive, root_of, step_rows
-from kane.numeric.rank import least_squares
+from kane.numeric.rank import balance, least_squares
 from kane.numeric.sampling import SEED, named_values
 from kane.numeric.scale import ROUNDED_TERMS
 from kane.space.vector import Vector
@@ -185,12 +185,13 @@ class Regressor(Attributes):
         """
         y, terms = self._random(parameters, near, np.random.default_rng(seed))
         seen = np.flatnonzero((np.abs(y) > ROUNDED_TERMS * terms).any(axis=0))
-        scaled, sizes = _levelled(y[:, seen])
+        level = balance(y[:, seen], order=(1, 0, 1, 0), rounding=0.0)
+        scaled, sizes, long = level.matrix, level.columns[0], np.linalg.norm(level.matrix, axis=0)
         chosen = list[int]()
         rest = scaled.copy()
         for i in sorted(range(len(seen)), key=lambda i: _KINDS[self.names[seen[i]].rpartition(": ")[2][:3]]):
             own = rest[:, i]
-            if np.linalg.norm(own) > _TELLS**0.5:
+            if np.linalg.norm(own) > _TELLS**0.5 * long[i]:
                 chosen.append(i)
                 unit = own / np.linalg.norm(own)
                 for _ in range(2):
@@ -216,17 +217,17 @@ class Regressor(Attributes):
         middle = dict.fromkeys(eom.coordinates, 0.0) | named_values("coordinates", eom.coordinates, near)
         wide, held = 1.0 if near is None else 0.3, bool(eom.constraints.constraints or eom.system.euler_parameters)
         given = {"parameters": parameters, "inputs": dict.fromkeys(eom.inputs, 0.0), "t": 0.3}
+        free = not held and near is None
         memo: Sizes = {}
+        lengths: dict[Expr, bool] = {s: free and _is_length(s) for s in (*eom.coordinates, *eom.speeds)}
         entries = [e for row in self.matrix for e in row]
         for _ in range(count * _TRIES):
             fast, far = 10 ** rng.uniform(-_DECADES, _DECADES, 2)
-            free = not held and near is None
-            length: dict[Expr, float] = {
-                s: far if free and _is_length(s) else 1.0 for s in (*eom.coordinates, *eom.speeds)
+            q: Mapping[Any, float] = {
+                s: float(v) + wide * far ** lengths[s] * float(rng.normal()) for s, v in middle.items()
             }
-            q: Mapping[Any, float] = {s: float(v) + wide * length[s] * float(rng.normal()) for s, v in middle.items()}
-            u: Mapping[Any, float] = {s: fast * length[s] * float(rng.normal()) for s in eom.speeds}
-            accelerations = np.array([fast**2 * length[s] for s in eom.speeds]) * rng.normal(size=len(eom.speeds))
+            u: Mapping[Any, float] = {s: fast * far ** lengths[s] * float(rng.normal()) for s in eom.speeds}
+            accelerations = np.array([fast**2 * far ** lengths[s] * float(rng.normal()) for s in eom.speeds])
             try:
                 if held:
                     guesses = ({s: guess(v) for s, v in own.items()} for own in (q, u))
@@ -319,16 +320,6 @@ def _is_length(s: Symbol) -> bool:
     return bool(s.unit and parse(s.unit).exponents[[*BASES].index("m")])
 
 
-def _levelled(y: Array) -> tuple[Array, Array]:
-    """Y with rows and columns of length 1, nearly, and the lengths of its columns."""
-    sizes = np.ones(y.shape[1])
-    for _ in range(3):
-        rows = np.linalg.norm(y / sizes, axis=1, keepdims=True)
-        sizes = np.linalg.norm(y / np.where(rows > 0, rows, 1.0), axis=0)
-    level = y / np.where(rows > 0, rows, 1.0) / sizes
-    return level, sizes
-
-
 def _columns(
     whole: Motions, body: RigidBody | Particle, free_fall: Vector
 ) -> Iterator[tuple[str, Expr, Vector, Vector | None]]:
@@ -399,8 +390,8 @@ def possible(y: Array, forces: Array, sizes: Sequence[int], model: Array) -> Arr
         bodies.append(_Body(at, units, first))
     long = np.linalg.norm(y, axis=0)
     equal = y / np.where(long > 0, long, 1.0)
-    free = forces - equal @ np.linalg.lstsq(equal, forces)[0]
-    spread = np.linalg.norm(free) / max(len(forces) - np.linalg.matrix_rank(equal), 1) ** 0.5
+    solution, _, rank, _ = np.linalg.lstsq(equal, forces)
+    spread = np.linalg.norm(forces - equal @ solution) / max(len(forces) - int(rank), 1) ** 0.5
     sigma = max(float(spread), _LEAST * float(np.linalg.norm(forces)) / len(forces) ** 0.5, 1e-300)
     return _least(y / sigma, forces / sigma, bodies, pi)
 
