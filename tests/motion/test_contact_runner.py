@@ -112,7 +112,7 @@ def test_bits_are_the_same_whatever_ran_before() -> None:
     assert np.array_equal(alone, many["end_state"])
 
 
-def test_friction_that_turns_at_a_time_of_each_motion() -> None:
+def test_friction_that_turns_at_a_time_of_each_motion(decisions: list[str]) -> None:
     """A block thrown along a floor that becomes smoother at t1, beyond the span or within it: v = v0 − μ g t1 − ν g (t − t1)."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
@@ -131,6 +131,10 @@ def test_friction_that_turns_at_a_time_of_each_motion() -> None:
     np.testing.assert_allclose(many["u_x"][:, -1], 4 - 9.81 * (0.3 * early + 0.1 * (1 - early)), rtol=1e-12)
     each = [kn.simulate(eom, (0, 1), parameters={"t1": t}, samples=3, **start).states[-1] for t in times[:4]]
     assert np.array_equal(many["end_state"], np.tile(each, (8, 1)))
+    assert decisions == []
+    sol = kn.simulate(eom, (0, 5), parameters={"t1": 0.5}, samples=3, **start)
+    assert decisions == []
+    assert sol.mode_history[-1][0] == pytest.approx(0.5 + (4 - 0.3 * 9.81 * 0.5) / (0.1 * 9.81), abs=1e-9)
 
 
 @pytest.mark.parametrize("run", [kn.simulate, by_python])
@@ -256,6 +260,40 @@ def test_inputs_that_are_expressions(decisions: list[str]) -> None:
     agree(kn.simulate(eom, (0, 20), **options), wanted, 1e-9)
     assert decisions == []
     assert len(wanted.mode_history) > 30
+
+
+def pushed() -> kn.Equations:
+    """A block on a floor, which inputs F push along it and H lift."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y", "m")
+    g, F, H = kn.parameter("g", 9.81, "m/s^2"), kn.input("F", "N"), kn.input("H", "N")
+    P = O.at("P", x * N.x + y * N.y)
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.5)
+    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x + H * N.y)]
+    bodies = [kn.Particle("block", P, kn.parameter("m", 2.0, "kg"))]
+    return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
+
+
+STEP = kn.where(kn.less(kn.time, 1), 2.0, 15.0)
+PULSE = kn.where(kn.less(kn.time, 1), 2.0, kn.where(kn.less(kn.time, 1.3), 40.0, 0.0))
+LIFTED = kn.where(kn.less(kn.time, 1.2), 0.0, kn.where(kn.less(kn.time, 1.5), 30.0, 0.0))
+SQUARE = 14 * kn.sign(kn.sin(2 * np.pi * kn.time))
+
+
+@pytest.mark.parametrize(
+    "more", [{}, {"breakpoints": [0.37, 1.7]}, {"first_step": 1e-4}, {"max_seconds": 1e3}], ids=str
+)
+@pytest.mark.parametrize("inputs", [(STEP, 0.0), (PULSE, 0.0), (12 * kn.sin(3 * kn.time), LIFTED), (SQUARE, 0.0)])
+def test_breakpoints_first_steps_and_clocks_are_the_kernels(inputs: Any, more: Any, decisions: list[str]) -> None:
+    eom = pushed()
+    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "inputs": dict(zip("FH", inputs, strict=True)), "samples": 31}
+    one = kn.simulate(eom, (0, 3), **options, **more, **TIGHT)
+    assert decisions == []
+    other = by_python(eom, (0, 3), **options, **more, **TIGHT)
+    assert decisions
+    agree(one, other, 1e-9)
+    assert one.steps == other.steps
 
 
 def test_resistance_to_rolling_and_drilling_is_pressed_in_the_kernel(decisions: list[str]) -> None:

@@ -37,7 +37,7 @@ from kane.model.contact_modes import groups, stands
 from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import ContactRunner, Went, rests, runner
-from kane.motion.course import Method, Pace
+from kane.motion.course import Pace
 from kane.motion.hybrid.automaton import End, ended_by
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
@@ -718,9 +718,12 @@ class _ContactCourse:
         self.went: Went | None = None
 
     def _runner(self) -> ContactRunner | None:
-        """The kernel of the automaton; None if Python runs the whole motion: see `left_to_python`."""
+        """The kernel of the automaton; None if Python runs the whole motion, as inputs are Python functions.
+
+        `ContactRunner.place` leaves single modes to Python, `unsure` of `kane.motion.hybrid.contact_decisions` single decisions.
+        """
         at = self.at
-        if any(left_to_python(at.inputs, self.method, self.span).values()):
+        if not all(isinstance(f, Formula) or constant(f) is not None for f in at.inputs.values()):
             return None
         given = dict(at.parameters), at.inputs
         result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
@@ -728,6 +731,7 @@ class _ContactCourse:
             own = result.arrays[name]
             own[:] = getattr(at, name)
             setattr(at, name, own)
+        result.late = lambda: self.pace.late(self.t)
         return result
 
     def begins(self) -> None:
@@ -782,14 +786,13 @@ class _ContactCourse:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
+        bounds = {**self.bounds, "first_step": None} if self.pieces else self.bounds
         start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
         with warnings.catch_warnings():  # due to forces that are zero throughout, which are treated here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
             try:
-                piece = run(
-                    mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times
-                )
+                piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, bounds, self.times)
             except ThresholdReturn as back:
                 if not self._never_begun(back.event):
                     raise
@@ -843,6 +846,9 @@ class _ContactCourse:
                 at.modes_of.equations(went.modes), {**at.parameters, **went.numbers}, dict(went.leaves)
             )
         self._arrives(went.t, went.x, went.work, went.still)
+        if late := went.back in (Back.FULL, Back.UNKNOWN) and self.pace.late(went.t):
+            self.pieces[-1] = replace(self.pieces[-1], status="stopped", event=None, message=late)
+            return None
         met = [] if went.event is None else [(went.event, went.t)]
         end = ended_by([e for e, _ in met], met, acted=True) or End("finished", f"reached t = {self.span[1]:g}")
         self.pieces[-1] = replace(self.pieces[-1], status=end.status, event=end.event, message=end.message)
@@ -861,21 +867,6 @@ class _ContactCourse:
         if t < over <= self.span[1]:
             self.pieces[-1] = replace(self.pieces[-1], events=(*self.pieces[-1].events, (rests(event), over)))
         self.by = (event,)
-
-
-def left_to_python(inputs: Mapping[Expr, Any], method: Method, span: tuple[float, float]) -> dict[str, bool]:
-    """The features that the kernel of the automaton does not support, and whether a motion has them.
-
-    `ContactRunner.place` leaves single modes to Python, `unsure` of `kane.motion.hybrid.contact_decisions` single decisions.
-    """
-    laws = [f for f in inputs.values() if constant(f) is None]
-    return {
-        "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in laws),
-        "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in laws),
-        "breakpoints": bool(method.breakpoints),
-        "a first step that is given": method.first is not None,
-        "a limit of its time by the clock": method.max_seconds < np.inf,
-    }
 
 
 def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:

@@ -38,10 +38,11 @@ from kane.motion.hybrid.contact_tables import (
     structure,
     symbols,
 )
+from kane.motion.inputs.breakpoints import Clock, clock, stretch
 from kane.motion.inputs.functions import constant
-from kane.motion.loop import whole
+from kane.motion.loop import breakpoints_of, whole
 from kane.motion.methods import chosen, kernel_of
-from kane.motion.native import first_slots
+from kane.motion.native import first_slots, pauses
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, timed
 from kane.motion.solution.phases import Indices, Phase
@@ -101,6 +102,10 @@ class ModeRows(NamedTuple):
     samples: Array
 
 
+_LOOKED_AT = 8
+"""Number of modes after which the elapsed time is looked at, if it is limited."""
+
+
 @cache
 def _automaton(settings: Settings) -> CompiledKernel:
     return CompiledKernel(automaton_kernel(), settings, loops=False)
@@ -117,19 +122,25 @@ class ContactRunner:
         given: tuple[Mapping[Expr, float], Mapping[Expr, Any]],
         settings: Settings | None,
         times: Array,
+        breakpoints: tuple[float, ...],
     ) -> None:
+        self.breakpoints = breakpoints
         self.eom, self.method, self.span, self.settings = eom, method, span, settings
         self.parameters, self.inputs = given
         self.contacts, n = eom.system.contacts, len(eom.state) + 1
         later = times[times > span[0]]
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
+        _, end = stretch(breakpoints, *span)
+        self.stretches = np.array([-np.inf, end, 0.0, *pauses(breakpoints, span, ())])
         self.made: list[ModeKernel] = []
         self.turning = list[int]()  # modes with discontinuities at given times
         self.named = dict[str, Method]()
         self.left: set[Modes] = set()
         self.poor, self.steps = (-1, 0.0), 0
+        self.late: Callable[[], object] = lambda: False
         told = structure(eom)
+        self.at_once = told["room_for"] if method.max_seconds == np.inf else _LOOKED_AT
         self.k, self.d, self.lag, count = told["contacts"], told["dimension"], told["lag"], told["event_count"]
         self.counts = {name: told[name] for name in ("event_count", "p_count")}
         self.width = row_of(self.k, self.d, n)
@@ -152,6 +163,7 @@ class ContactRunner:
     def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
         """Prepares the next motion, with these parameters and with inputs of the same values."""
         self.parameters, self.inputs = given
+        self.late = lambda: False
         self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
 
     def renew(self, p: Array) -> None:
@@ -196,7 +208,7 @@ class ContactRunner:
             "most": self.method.max_steps,
             "enter": 1,
             "alone": 0,
-            "at_once": told["room_for"],
+            "at_once": self.at_once,
             **{name: array.reshape(-1) for name, array in self.arrays.items()},
             "touch": entry(routine),
             "h": self.hoists(self.span[0], np.zeros(len(eom.state)), p[:-1], r[:-1]),
@@ -209,7 +221,9 @@ class ContactRunner:
             "held_log": self.held_log,
             "calls": self.calls.table,
             "codes": self.codes,
-            "tolerances": np.array([self.method.atol, self.method.rtol]),
+            "tolerances": np.array([self.method.atol, self.method.rtol, 0.0]),
+            "stretches": self.stretches,
+            "breakpoints": len(self.stretches) // 3 - 1,
             "make": self.calls.make,
             "hoist": self.calls.hoist,
             "look": self.calls.look,
@@ -242,7 +256,8 @@ class ContactRunner:
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
         samples = {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1}
-        given = arguments.given | samples | {"limit": LIMIT}
+        stops = {"breakpoints": self.given["breakpoints"], "pauses": np.append(self.stretches, 0.0)[3:]}
+        given = arguments.given | samples | stops | {"limit": LIMIT}
         holding: KernelConstraints | None = None
         if is_constrained(mode):
             stepper.reach = reach_of(mode)
@@ -272,10 +287,10 @@ class ContactRunner:
         return True
 
     def _admit(self, m: int, parameters: Mapping[Expr, float]) -> None:
-        """Lets the automaton enter a mode, unless that has discontinuities at times within the span."""
+        """Lets the automaton enter a mode, unless that has discontinuities at other times than the breakpoints."""
         one = self.made[m]
-        turns = m in self.turning and one.equations.numeric().value(timed).breakpoints(parameters, self.span)
-        self.codes[m] = -1.0 if turns else code_of(one.modes)
+        own = one.equations.numeric().value(timed).breakpoints(parameters, self.span) if m in self.turning else ()
+        self.codes[m] = code_of(one.modes) if {*own} <= {*self.breakpoints} else -1.0
 
     # The motion -------------------------------------------------------------------------------------------------------------
 
@@ -337,14 +352,19 @@ class ContactRunner:
         s[[Slot.STEPS, Slot.RATES]] = 0.0
         self.y[:] = np.append(x, work)
         self.held_log[0] = 0.0
+        self.given["tolerances"][2] = (self.method.first or 0.0) if t == self.span[0] and not self.steps else 0.0
 
     def _led(self, by: tuple[Event, ...], enter: int = 1) -> tuple[Back, Solution | None, tuple[Event, ...]]:
-        """Runs the kernel: its return code, the completed modes, and the events that ended the last one; `enter` is 2 at a start."""
+        """Runs the kernel: its return code, the completed modes, and the events that ended the last one; `enter` is 2 at a start.
+
+        It is FULL or UNKNOWN if the motion is `late`.
+        """
         pieces = list[Solution]()
         while True:
             # after an interrupt the kernel returns at its next mode, which Python ends at once
             most = -1 if is_noted() else self.method.max_steps - self.steps
-            back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
+            back = Back(self.kernel(known=len(self.made), enter=enter, most=most, at_once=self.at_once))
+            self.given["tolerances"][2] = 0.0
             if back is Back.TAKE:  # Python repeats the mode: its steps do not count
                 self.s[[Slot.STEPS, Slot.RATES]] = self._rows()[len(self.completed()), [Record.STEPS, Record.RATES]]
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
@@ -354,7 +374,7 @@ class ContactRunner:
             self.poor = (int(self.calls.table[0]), 1.25 * self.s[Slot.SHARE]) if asked else (-1, 0.0)
             if back is Back.UNKNOWN and not self._completed():
                 back = Back.DECIDE
-            if back not in (Back.FULL, Back.UNKNOWN):
+            if back not in (Back.FULL, Back.UNKNOWN) or self.late():
                 return back, whole(pieces) if pieces else None, by
             enter = 1
 
@@ -496,7 +516,9 @@ def runner(
 ) -> tuple[ContactRunner, list[ContactRunner]]:
     """A runner that no other motion uses, and the list to which it must be returned after use."""
     inputs = tuple(constant(f) for f in given[1].values())
-    kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs)
+    laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
+    breakpoints = tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
+    kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs, breakpoints)
     free = kept.get(key)
     if None in inputs:  # functions of time belong to one motion
         free = []
@@ -505,9 +527,14 @@ def runner(
     try:
         found = free.pop()
     except IndexError:
-        found = ContactRunner(eom, method, span, given, settings, times)
+        found = ContactRunner(eom, method, span, given, settings, times, breakpoints)
     found.take(given)
     return found, free
+
+
+def _timed_laws(eom: Equations) -> Clock:
+    """The parts of friction and restitution that switch at given times, or may be pulses."""
+    return clock(eom.in_speeds(x) for c in eom.system.contacts for x in c.numbers)
 
 
 def _runners(eom: Equations) -> Kept[list[ContactRunner]]:

@@ -289,7 +289,7 @@ def contacts_of(
 
     method, drives, options = _method_and_inputs(eom, plan, inputs, settings, parameters)
     span = check_span(plan.span)
-    if not leads_contacts(eom, drives, method, span):
+    if not leads_contacts(eom, drives, method):
         return None
     return ContactBatch(eom, method, span, drives, sample_times(plan.samples, span), options)
 

@@ -33,7 +33,8 @@ class After:
     """The writer of decisions after an event; its arguments are arrays with the data of contacts.
 
     `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound` as in `kane.motion.contact_motion`;
-    `next_modes` and `next_ways` are the results, `sliding`, `friction`, `touching`, `hits` the input of a decision.
+    `next_modes` and `next_ways` are the results, `sliding`, `friction`, `touching`, `hits` the input of a decision. `tolerances` are
+    atol, rtol and the first step of the motion, 0 if the kernel chooses it.
     """
 
     def __init__(self, w: Writer) -> None:

@@ -57,6 +57,8 @@ _OF_MODES = {
     "held_reach": "held_reach",
 }
 """Arrays of the automaton with a part for each mode, by the argument name in the stepping kernel."""
+_LED = {"driven": 0, "breakpoints": 0, "alone": 1}
+"""Integers of the automaton's kernel: the program evaluates inputs and stops at breakpoints itself."""
 _HOISTED = ("h", "hd", "hw", "hg", "ht", "ha", "held_h")
 _VARYING = {"rhs": "rates", "watch": "events", "glance": "glance", "constraints": "holding"}
 _RATE = "void (*{0})(double, const double *, const double *, const double *, const double *, double *)"
@@ -89,7 +91,7 @@ def contact_pieces(
         idle = {a.name: "nothing" for a in kernel.arguments if isinstance(a, Callee) and a.name not in _VARYING}
         texts.append(emit_kernel_c(kernel, idle | named, "static "))
     integers = {a: what for a, what in tables.items() if isinstance(what, int)}
-    leads = specialized(automaton_kernel(), {**integers, "known": len(modes), "driven": 0, "alone": 1, "most": 2**53})
+    leads = specialized(automaton_kernel(), {**integers, "known": len(modes), **_LED, "most": 2**53})
     calls = {"make": "make_mode", "hoist": "hoist_mode", "look": "look_mode", "touch": f"{name}_contacts"}
     leading = emit_kernel_c(leads, calls, "static ", ("m", f"{name}_motion *m"), tuple(calls)[:3])
     table = _Table(rows, "\n".join([*texts, leading]), more is not None)
@@ -165,7 +167,7 @@ def _arrays(
         "log": np.zeros(lengths["log"] + 2 * count),
         "jumps": np.zeros(lengths["jumps"] + 2 * count),
         "calls": np.zeros(3),
-        "tolerances": np.zeros(2),
+        "tolerances": np.zeros(3),
         "p_from": parameters_from(touch, modes, tables["p_count"]).reshape(-1),
     }
 

@@ -66,7 +66,14 @@ def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: 
         name: one_of(module, takes, [f[k] for f in functions], memory.arrays["calls"])
         for k, (name, takes) in enumerate(_CALLS.items())
     }
-    integers = {**memory.integers, "known": len(modes), "driven": 0, "alone": 0, "at_once": tables["room_for"]}
+    integers = {
+        **memory.integers,
+        "known": len(modes),
+        "driven": 0,
+        "breakpoints": 0,
+        "alone": 0,
+        "at_once": tables["room_for"],
+    }
     _, asked = bind(memory, automaton_kernel(), {**calls, "touch": touching["contacts"]}, integers, "run")
     _begin(memory, modes, touch, touching["hoist"], INTEGRATORS[method].fixed, most)
     contacts = {
@@ -92,7 +99,7 @@ def _shared(module: Module, touch: Program, eom: Equations, tables: Given, sampl
         "s": SIZE, "y": n, "p": len(touch.ports[2].symbols) + 1, "r": len(eom.inputs) + 1, "h": len(touch.kept) + 1,
         "numbers": len(touch.routines[0].results) + 1, "told": 3, "times": samples + 1, "states": samples * n,
         "held_marks": samples + 1, "held_log": 2 * CHANGES + 3, "log": lengths["log"] + 2 * count,
-        "jumps": lengths["jumps"] + 2 * count, "calls": 3, "tolerances": 2, "work": work,
+        "jumps": lengths["jumps"] + 2 * count, "calls": 3, "tolerances": 3, "work": work,
     })  # fmt: skip
     memory.arrays["rows"] = memory.arrays["states"] + 8 * n
     for name, what in tables.items():
