@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import warnings
 from typing import Any
 
@@ -294,6 +295,83 @@ def test_breakpoints_first_steps_and_clocks_are_the_kernels(inputs: Any, more: A
     assert decisions
     agree(one, other, 1e-9)
     assert one.steps == other.steps
+
+
+def pulled(t: float, x: Any = None) -> float:
+    return 15 * math.sin(3 * t) - (0.0 if x is None else 0.3 * x[2])
+
+
+def lifted(t: float, x: Any = None) -> float:
+    return 25 * math.sin(5 * t)
+
+
+def both(t: float, x: Any, z: float) -> Any:
+    return (15 * math.sin(3 * t) - 0.3 * (z + x[0]), lifted(t)), z + x[0]
+
+
+def breaks(t: float, x: Any) -> float:
+    if t > 1.7:
+        raise ValueError("no more")
+    return pulled(t, x)
+
+
+@pytest.mark.parametrize(
+    "inputs",
+    [
+        {"F": lambda t: pulled(t), "H": lambda t: lifted(t)},
+        {"F": kn.signal(np.linspace(0, 3, 40), 14 * np.sin(3 * np.linspace(0, 3, 40))), "H": 0.0},
+        {"F": lambda t, x: pulled(t, x), "H": 25 * kn.sin(5 * kn.time)},
+        {"F": kn.sampled(pulled, 0.01), "H": kn.sampled(lifted, 0.07)},
+        {"F": kn.sampled(pulled, 0.05), "H": lambda t: lifted(t)},
+        {("F", "H"): kn.sampled(both, 0.02, state=0.0)},
+    ],
+    ids=["time", "signal", "state", "controllers", "controller and time", "controller with a state"],
+)
+def test_inputs_that_python_evaluates(inputs: Any, decisions: list[str]) -> None:
+    eom = pushed()
+    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "inputs": inputs, "samples": 31, **TIGHT}
+    one = kn.simulate(eom, (0, 3), **options)
+    assert decisions == []
+    assert len(one.mode_history) > 5
+    agree(one, by_python(eom, (0, 3), **options), 1e-7)
+
+
+@pytest.mark.parametrize("input_", [breaks, kn.sampled(breaks, 0.01)], ids=["function", "controller"])
+def test_an_exception_in_an_input_loses_nothing_before(input_: Any) -> None:
+    eom, inputs = pushed(), {"F": input_, "H": 25 * kn.sin(5 * kn.time)}
+    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "inputs": inputs, "samples": 31, **TIGHT}
+    one = kn.simulate(eom, (0, 3), **options)
+    assert one.status == "stopped"
+    assert "ValueError" in one.message
+    assert 1 < one.t[-1] < 1.7
+    agree(one, by_python(eom, (0, 3), **options), 1e-9)
+
+
+def test_a_controller_is_called_once_at_each_instant_also_where_python_repeats_a_mode() -> None:
+    """A kernel of a mode returns after LIMIT steps, and Python runs that mode again from its beginning."""
+    eom, calls = pushed(), list[float]()
+
+    def pushes(t: float, x: Any) -> float:
+        calls.append(t)
+        return pulled(t, x)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("kane.motion.contact_runner.LIMIT", 20)
+        options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "samples": 31, **TIGHT}
+        sol = kn.simulate(eom, (0, 3), inputs={"F": kn.sampled(pushes, 0.01), "H": 0.0}, **options)
+    np.testing.assert_allclose(calls, np.arange(len(calls)) * 0.01, rtol=1e-12)
+    assert len(calls) >= 300
+    other = kn.simulate(eom, (0, 3), inputs={"F": kn.sampled(pulled, 0.01), "H": 0.0}, **options)
+    assert sol.steps > 20 * len(sol.mode_history)
+    agree(sol, other, 1e-9)
+
+
+def test_prepared_motions_begin_with_the_first_step_that_is_given() -> None:
+    eom = pushed()
+    run = kn.prepare(eom, (0, 0.3), inputs={"F": 3.0, "H": 0.0}, samples=2, first_step=1e-5)
+    ends = [run(q=[0, 0.1], u=[1, 0]) for _ in range(3)]
+    assert [e.steps for e in ends] == [ends[0].steps] * 3
+    assert ends[0].steps > kn.simulate(eom, (0, 0.3), inputs={"F": 3.0, "H": 0.0}, q=[0, 0.1], u=[1, 0]).steps
 
 
 def test_resistance_to_rolling_and_drilling_is_pressed_in_the_kernel(decisions: list[str]) -> None:

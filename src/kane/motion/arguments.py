@@ -116,8 +116,8 @@ class Arguments:
         if all(constant(f) is not None or isinstance(f, HeldInput) for f in now.drives):  # constant between breakpoints
             return inputs | {"drive": none, "single_drive": none}
         if self.law is None:
-            hook = self._hook(single)
-            return inputs | {"driven": 1, "drive": hook if width == 1 else self._hook(r), "single_drive": hook}
+            hook = self._hook()
+            return inputs | {"driven": 1, "drive": hook, "single_drive": hook}
         given = now.routine(driving, *self.law.values).flat
         own = entry(given)
         inputs |= {"driven": 2 if follows(now.drives) else 1, **now.hoisted("hd", given, *at)}
@@ -132,12 +132,13 @@ class Arguments:
             if width > 1:
                 self.given["single_r"][k] = value
 
-    def _hook(self, r: Array) -> Hook:
-        """A callback that evaluates the inputs in Python and writes them to r."""
+    def _hook(self) -> Hook:
+        """A callback that evaluates the inputs in Python."""
         s, width, fill, follow = self.s, self.now.width, filling(self.now), following(self.now.drives)
-        here, own = self.y[:width], r[:-1]
+        here, count = self.y[:width], len(self.now.drives)
 
         def drive(t: float, x: int, out: int) -> None:
+            own = doubles(out, count)
             try:  # rounding may place t beyond the end
                 fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
             except BaseException:

@@ -43,8 +43,8 @@ from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
 from kane.motion.hybrid.contact_tables import KNOWN, end_of
 from kane.motion.hybrid.events import ThresholdReturn
-from kane.motion.inputs.expressions import Formula, value
-from kane.motion.inputs.functions import constant
+from kane.motion.inputs.expressions import value
+from kane.motion.inputs.functions import warn_of_jumps
 from kane.motion.loop import admitted_start, run, solver, whole
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution, SolutionSegment
@@ -687,7 +687,8 @@ def _to_its_end(
         except KaneError as error:
             if not way.pieces:
                 raise
-            last = f" after {way.pieces[-1].event.name!r}" if way.pieces[-1].event else ""
+            by = next((e for e in (way.pieces[-1].event, *way.by) if e is not None), None)
+            last = f" after {by.name!r}" if by else ""
             told = f"the motion cannot continue{last} at t = {float(way.pieces[-1].t[-1]):.9g}: {error}"
             return ended(status="stopped", event=None, message=told)
         if way.t >= end:
@@ -717,14 +718,13 @@ class _ContactCourse:
         self.runner = self._runner()
         self.went: Went | None = None
 
-    def _runner(self) -> ContactRunner | None:
-        """The kernel of the automaton; None if Python runs the whole motion, as inputs are Python functions.
+    def _runner(self) -> ContactRunner:
+        """The kernel of the automaton.
 
         `ContactRunner.place` leaves single modes to Python, `unsure` of `kane.motion.hybrid.contact_decisions` single decisions.
         """
         at = self.at
-        if not all(isinstance(f, Formula) or constant(f) is not None for f in at.inputs.values()):
-            return None
+        warn_of_jumps(at.inputs.values(), self.span, self.method.breakpoints)
         given = dict(at.parameters), at.inputs
         result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
         for name in KNOWN:  # shared with the kernel from now on
@@ -737,7 +737,7 @@ class _ContactCourse:
     def begins(self) -> None:
         """Decides the modes at the start, in the kernel if it can."""
         at, start = self.at, (self.t, self.x, self.work)
-        if self.runner is not None and not self.fresh:
+        if not self.fresh:
             self.went = self.runner.start(start, self._first)
         if self.went is None:
             self.x, self.now = at.begin(self.t, self.x)
@@ -750,8 +750,7 @@ class _ContactCourse:
 
     def ends(self) -> None:
         """Releases the kernel for other motions."""
-        if self.runner is not None:
-            self.free.append(self.runner)
+        self.free.append(self.runner)
 
     def goes(self) -> Event | None:
         """Runs to the next event that the kernel does not decide; None at the end of the motion."""
@@ -765,7 +764,7 @@ class _ContactCourse:
         leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
         opens = any(own and own[1] == "opens" for own in map(at.ends, [e for e in mode.events if e.name in leaves]))
         led = not (first or opens or self.now.stiff)
-        if self.runner is not None and led and self.runner.parameters == at.parameters:
+        if led and self.runner.parameters == at.parameters:
             m = self.runner.place(self.now.modes, mode)
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}
@@ -778,7 +777,8 @@ class _ContactCourse:
                     self.by,
                     (self.still, self.steps),
                 )
-                return self._led(went)
+                if went is not None:
+                    return self._led(went)
         return self._by_python(mode, numbers, leaves)
 
     def _by_python(self, mode: Equations, numbers: Mapping[Expr, float], leaves: dict[str, float]) -> Event | None:
@@ -799,7 +799,7 @@ class _ContactCourse:
                 return self._sticks_on()
         at.balanced(self.now, numbers, float(piece.t[-1]), piece.states[-1])
         self._take(_of_mode(piece, mode, self.t, self.by))
-        if self.runner is not None and len(piece.segments) < 2:
+        if len(piece.segments) < 2:
             self.runner.admit()
         if piece.event is not None:
             at.goes_on(piece)

@@ -2,7 +2,7 @@
 """Motions with contacts in kernels, without Python: kernels of modes, and the kernel of the hybrid automaton that calls them.
 
 The kernel of a mode is prepared when a motion first reaches it. Python runs a mode if loads are discontinuous, events have actions, or
-its kernel would need Python; it runs the whole motion if inputs are Python functions.
+its kernel would need Python; where inputs are Python functions, the kernels call these.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -39,8 +39,9 @@ from kane.motion.hybrid.contact_tables import (
     symbols,
 )
 from kane.motion.inputs.breakpoints import Clock, clock, stretch
+from kane.motion.inputs.expressions import HeldInput, controllers
 from kane.motion.inputs.functions import constant
-from kane.motion.loop import breakpoints_of, whole
+from kane.motion.loop import bounded, breakpoints_of, whole
 from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots, pauses
 from kane.motion.projection import is_constrained
@@ -53,7 +54,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
-from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, KeptCalls, entry
+from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, Hook, KeptCalls, entry
 from kane.program.native.machine import Settings
 from kane.progress import far, is_noted
 
@@ -131,8 +132,10 @@ class ContactRunner:
         later = times[times > span[0]]
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
-        _, end = stretch(breakpoints, *span)
-        self.stretches = np.array([-np.inf, end, 0.0, *pauses(breakpoints, span, ())])
+        self.controllers = controllers(tuple(self.inputs.values()))
+        table = pauses(breakpoints, span, self.controllers)
+        self.stops: Given = {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
+        self.hooks = [Hook(self._control)] if self.controllers else []
         self.made: list[ModeKernel] = []
         self.turning = list[int]()  # modes with discontinuities at given times
         self.named = dict[str, Method]()
@@ -140,7 +143,9 @@ class ContactRunner:
         self.poor, self.steps = (-1, 0.0), 0
         self.late: Callable[[], object] = lambda: False
         told = structure(eom)
-        self.at_once = told["room_for"] if method.max_seconds == np.inf else _LOOKED_AT
+        self.at_once = _LOOKED_AT if method.max_seconds < np.inf else told["room_for"]
+        if self.controllers:  # modes that Python repeats begin with the values held there
+            self.at_once = 1
         self.k, self.d, self.lag, count = told["contacts"], told["dimension"], told["lag"], told["event_count"]
         self.counts = {name: told[name] for name in ("event_count", "p_count")}
         self.width = row_of(self.k, self.d, n)
@@ -169,6 +174,7 @@ class ContactRunner:
     def renew(self, p: Array) -> None:
         """Resets contacts and constraint solvers and sets the parameters p, so that results do not depend on motions before."""
         self._forget()
+        self.steps = 0
         own = p[self.own_places]
         if (own != self.given["p"][:-1]).any():
             self.given["p"][:-1] = own
@@ -189,6 +195,40 @@ class ContactRunner:
         for name in (*KNOWN, "kept"):
             self.arrays[name][:] = 0.0
 
+    def _control(self, t: float, x: int, out: int) -> None:
+        """Evaluates the sampled controllers that are due; after an exception the kernel returns."""
+        self.s[Slot.STOPPED] = 1.0
+        for one in self.controllers:
+            one.due(t, self.y[:-1])
+        self._hold()
+        self.s[Slot.STOPPED] = float(is_noted())
+
+    def _hold(self) -> None:
+        """Writes the latest values of sampled controllers to the inputs of the automaton and of all modes."""
+        for m in self.made if self.controllers else ():
+            m.owners[0].hold()
+        for k, held in self.held:
+            self.given["r"][k] = held.now
+
+    def _undo(self) -> None:
+        """Restores the data of contacts to those before the last decision."""
+        for name, values in zip(KNOWN, self.arrays["kept"][:-1].reshape(len(KNOWN), -1), strict=True):
+            self.arrays[name][:] = values
+
+    def _left_off(self, y: Array, before: bool) -> Back:
+        """Where Python is to continue after an exception in an input, which it meets again; y is the state before the call.
+
+        This is after the last completed mode, else at the beginning of the first one if modes were completed `before`.
+        """
+        for hook in self.hooks:
+            hook.raised = None
+        if before and not len(self.completed()):
+            more = int(Record.MORE) + self.k * (self.d + 1)
+            self._rows()[0, more : more + len(y)] = y
+            return Back.TAKE
+        self._undo()
+        return Back.DECIDE
+
     def _places(self, symbols: Iterable[Expr]) -> Indices:
         """The indices of symbols among the parameters of the motion; the number of these for other symbols."""
         at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
@@ -201,7 +241,9 @@ class ContactRunner:
         self.hoists, ports = Hoisting(routine), routine.program.ports
         self.own_places = self._places(ports[2].symbols)
         p = np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
-        r = np.array([constant(self.inputs[s]) or 0.0 for s in ports[3].symbols] + [0.0], dtype=float)
+        drives = [self.inputs[s] for s in ports[3].symbols]
+        self.held = [(k, f) for k, f in enumerate(drives) if isinstance(f, HeldInput)]
+        r = np.array([*(constant(f) or 0.0 for f in drives), 0.0], dtype=float)
         return {
             **told,
             "known": 0,
@@ -222,13 +264,11 @@ class ContactRunner:
             "calls": self.calls.table,
             "codes": self.codes,
             "tolerances": np.array([self.method.atol, self.method.rtol, 0.0]),
-            "stretches": self.stretches,
-            "breakpoints": len(self.stretches) // 3 - 1,
             "make": self.calls.make,
             "hoist": self.calls.hoist,
             "look": self.calls.look,
             "drive": self.calls.drive,
-            "driven": int(any(constant(f) is None for f in self.inputs.values())),
+            "driven": int(any(constant(f) is None and not isinstance(f, HeldInput) for f in self.inputs.values())),
         }
 
     # Modes ------------------------------------------------------------------------------------------------------------------
@@ -256,8 +296,9 @@ class ContactRunner:
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
         samples = {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1}
-        stops = {"breakpoints": self.given["breakpoints"], "pauses": np.append(self.stretches, 0.0)[3:]}
-        given = arguments.given | samples | stops | {"limit": LIMIT}
+        given = arguments.given | samples | self.stops | {"limit": LIMIT}
+        if self.controllers:
+            given["control"] = self.hooks[0]
         holding: KernelConstraints | None = None
         if is_constrained(mode):
             stepper.reach = reach_of(mode)
@@ -279,7 +320,8 @@ class ContactRunner:
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
-        self.named[name] = replace(self.method, name=name, first=None)
+        self.hooks += arguments.hooks
+        self.named[name] = replace(bounded(self.method, self.inputs.values(), self.span), name=name, first=None)
         self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))
         if any(mode.numeric().value(timed)):
             self.turning.append(m)
@@ -303,12 +345,13 @@ class ContactRunner:
         leaves: Sequence[int],
         by: Any,
         before: tuple[int, int],
-    ) -> Went:
+    ) -> Went | None:
         """Runs from mode m on, from t, x and the work done; quantities of the contacts `leaves` leave their thresholds upward.
 
+        None if Python must run that mode, as an input raises an exception.
         `before` are the number of preceding modes of zero duration and the number of steps so far.
         """
-        arrays = self.arrays
+        arrays, self.steps = self.arrays, before[1]
         self._sets_out(at, self.made[m].method)
         self.calls.table[0] = m
         arrays["modes"][:] = self.made[m].modes
@@ -316,9 +359,9 @@ class ContactRunner:
         arrays["extra"][:] = [[0.0 if s is None else numbers.get(s, 0.0) for s in row] for row in self.symbols]
         arrays["leaving"][:] = 0.0
         arrays["leaving"][list(leaves)] = 1.0
-        arrays["kept"][-1], self.steps = before
+        arrays["kept"][-1] = before[0]
         back, motion, by = self._led(by)
-        return self._went(back, motion, by)
+        return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
     def start(self, at: tuple[float, Array, float], first: Callable[[], tuple[Modes, Equations]]) -> Went | None:
         """Runs from the start of a motion, t, x and the work done; None if Python must decide the mode in which it begins.
@@ -331,7 +374,6 @@ class ContactRunner:
         if not self.made:
             return None
         self._sets_out(at, self.made[0].method)
-        self.steps = 0
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
@@ -346,8 +388,10 @@ class ContactRunner:
         """Sets the kernel's arguments for a run from t, x and the work done, with the method `name`."""
         t, x, work = at
         method, s = self.named[name], self.s
-        s[: int(Slot.FRESH) + 1] = first_slots(method, self.span, t, self.span[1])
-        s[Slot.SPAN], s[Slot.TIME] = self.span[1] - self.span[0], t
+        first, end = stretch(self.breakpoints, t, self.span[1])
+        s[: int(Slot.FRESH) + 1] = first_slots(method, self.span, first, end)
+        s[Slot.BREAKPOINT] = np.searchsorted(self.stops["pauses"][:-1:3], first, side="right")
+        s[Slot.SPAN] = self.span[1] - self.span[0]
         s[Slot.SAMPLE] = np.searchsorted(self.times[:-1], t, side="right")
         s[[Slot.STEPS, Slot.RATES]] = 0.0
         self.y[:] = np.append(x, work)
@@ -362,9 +406,16 @@ class ContactRunner:
         pieces = list[Solution]()
         while True:
             # after an interrupt the kernel returns at its next mode, which Python ends at once
-            most = -1 if is_noted() else self.method.max_steps - self.steps
+            self._hold()
+            done = [len(one.times) for one in self.controllers]
+            most, y = -1 if is_noted() else self.method.max_steps - self.steps, self.y.copy()
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most, at_once=self.at_once))
             self.given["tolerances"][2] = 0.0
+            if any(hook.raised is not None for hook in self.hooks):
+                back = self._left_off(y, bool(pieces))
+            if not len(self.completed()):
+                for one, count in zip(self.controllers, done, strict=True):
+                    one.repeat(count)
             if back is Back.TAKE:  # Python repeats the mode: its steps do not count
                 self.s[[Slot.STEPS, Slot.RATES]] = self._rows()[len(self.completed()), [Record.STEPS, Record.RATES]]
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
@@ -388,8 +439,7 @@ class ContactRunner:
         with suppress(KaneError):
             m = self.place(modes, self.eom.numeric().value(ContactModes).equations(modes))
         if m is None:
-            for name, values in zip(KNOWN, arrays["kept"][:-1].reshape(len(KNOWN), -1), strict=True):
-                arrays[name][:] = values
+            self._undo()
             return False
         self.calls.table[0] = m
         arrays["modes"][:] = modes

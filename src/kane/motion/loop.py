@@ -3,7 +3,7 @@
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from operator import itemgetter
 from typing import Any
@@ -190,11 +190,8 @@ def _phase(
             if not np.isfinite(value):
                 warn(f"The event {event.name!r} is not finite at the start.")
     name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
-    asked = not solver.breakpoints and any(isinstance(f, Asked) for f in drives.values())
-    if asked and solver.max_step == math.inf:
-        solver = replace(solver, max_step=(span[1] - span[0]) / STEPS_ASKED)
     solver = replace(
-        solver,
+        bounded(solver, drives.values(), span),
         breakpoints=breakpoints_of(eom, phase, span, solver.breakpoints),
         name=name,
         free=solver.name == AUTO,
@@ -206,6 +203,14 @@ def _phase(
     course.events += met
     end = ended_by(up_to_a_break(met, 0.0)[1], met) or _to_its_end(course)
     return _solution(course, end, phase), end, course.rows[-1][1]
+
+
+def bounded(method: Method, drives: Iterable[Any], span: tuple[float, float]) -> Method:
+    """The method with a longest step, unless given: a user's function might jump where no stage is evaluated."""
+    asked = not method.breakpoints and any(isinstance(f, Asked) for f in drives)
+    return (
+        replace(method, max_step=(span[1] - span[0]) / STEPS_ASKED) if asked and method.max_step == math.inf else method
+    )
 
 
 def continued(

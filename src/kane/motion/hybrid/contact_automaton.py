@@ -88,11 +88,10 @@ class _Automaton(After):
 
     def __init__(self, w: Writer) -> None:
         super().__init__(w)
-        names = ("n", "event_count", "p_count", "known", "most", "room_for", "enter", "alone", "at_once", "breakpoints")
-        (
-            self.n, self.e, self.np_, self.known, self.most, self.room_for, self.enter, self.alone, self.at_once, self.breakpoints
-        ) = map(w.number, names)  # fmt: skip
-        self.stretches = w.array("stretches")
+        names = ("n", "event_count", "p_count", "known", "most", "room_for", "enter", "alone", "at_once")
+        self.n, self.e, self.np_, self.known, self.most, self.room_for, self.enter, self.alone, self.at_once = map(
+            w.number, names
+        )
         self.lag, self.log, self.held_log, self.glanced = self._arrays("lag", "log", "held_log", "glanced")
         self.records, self.noted, self.codes, self.extra = self._arrays("records", "noted", "codes", "extra")
         self.ps, self.seen, self.largest, self.least = self._arrays("ps", "seen", "largest", "least")
@@ -290,7 +289,6 @@ class _Automaton(After):
         s[int(Slot.STEP)] = w.select(self.rows.get() < 1, self.tolerances[2], 0.0)
         s[int(Slot.TIME)] = self.t.get()
         s[int(Slot.PHASE)] = self.t.get()
-        self.aim()
         s[int(Slot.FRESH)] = 2.0
         with w.few(self.n) as i:
             self.lag[i] = 0.0
@@ -330,19 +328,6 @@ class _Automaton(After):
         with w.when((self.found.get() > 0) | ~ahead | ~admitted):
             unsure = (self.found.get() > 0) | ~admitted
             self.back.put(self.unless_alone(Back.TAKE, Back.LATE, ~unsure))
-
-    def aim(self) -> None:
-        """Sets the end of steps to just before the next breakpoint; without breakpoints it is the end already set.
-
-        `stretches` has three numbers for each stretch between breakpoints: its beginning, its end, and 0.
-        """
-        w, s = self.w, self.s
-        with w.when(self.breakpoints > 0):
-            self.found.put(0)
-            with w.few(self.breakpoints) as i, w.when(~(self.stretches[i * 3 + 3] > self.t.get())):
-                self.found.put(i + 1)
-            s[int(Slot.BREAKPOINT)] = w.compute("float", self.found.get())
-            s[int(Slot.END)] = self.stretches[self.found.get() * 3 + 1]
 
 
 _ZERO = (

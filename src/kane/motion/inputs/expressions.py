@@ -342,7 +342,10 @@ def copied(controller: Sampled, names: tuple[str, ...]) -> Any:
 
 @dataclass(slots=True, eq=False)
 class SampleAndHold:
-    """A sampled controller of the inputs `names` in one motion, with its sampling times and values so far."""
+    """A sampled controller of the inputs `names` in one motion, with its sampling times and values so far.
+
+    `known` are the values after these, in reverse order, if a part of the motion is repeated: a controller is called once at a time.
+    """
 
     controller: Sampled
     names: tuple[str, ...]
@@ -350,6 +353,7 @@ class SampleAndHold:
     memory: Any
     times: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
+    known: list[Array] = field(default_factory=list)
 
     def copy(self) -> "SampleAndHold":
         """The same controller with memory, times and values of its own, for a motion that goes on."""
@@ -361,6 +365,10 @@ class SampleAndHold:
         at = self.start + k * self.controller.period
         if t < up_to(at) and k:
             return False
+        if self.known:
+            self.values.append(self.known.pop())
+            self.times.append(at)
+            return True
         given = (at, x.copy()) if self.memory is None else (at, x.copy(), self.memory)
         answer = asked(self.controller.function, given, self.names)
         if self.memory is not None:
@@ -379,6 +387,11 @@ class SampleAndHold:
         self.values.append(numbers(answer, self.names, at))
         self.times.append(at)
         return True
+
+    def repeat(self, count: int) -> None:
+        """Goes back to the first `count` sampling times."""
+        self.known += self.values[count:][::-1]
+        del self.times[count:], self.values[count:]
 
     def instants(self, end: float) -> list[float]:
         """The sampling times after the start, up to the first one beyond `end`."""

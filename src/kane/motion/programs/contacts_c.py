@@ -57,8 +57,6 @@ _OF_MODES = {
     "held_reach": "held_reach",
 }
 """Arrays of the automaton with a part for each mode, by the argument name in the stepping kernel."""
-_LED = {"driven": 0, "breakpoints": 0, "alone": 1}
-"""Integers of the automaton's kernel: the program evaluates inputs and stops at breakpoints itself."""
 _HOISTED = ("h", "hd", "hw", "hg", "ht", "ha", "held_h")
 _VARYING = {"rhs": "rates", "watch": "events", "glance": "glance", "constraints": "holding"}
 _RATE = "void (*{0})(double, const double *, const double *, const double *, const double *, double *)"
@@ -91,7 +89,7 @@ def contact_pieces(
         idle = {a.name: "nothing" for a in kernel.arguments if isinstance(a, Callee) and a.name not in _VARYING}
         texts.append(emit_kernel_c(kernel, idle | named, "static "))
     integers = {a: what for a, what in tables.items() if isinstance(what, int)}
-    leads = specialized(automaton_kernel(), {**integers, "known": len(modes), **_LED, "most": 2**53})
+    leads = specialized(automaton_kernel(), {**integers, "known": len(modes), "driven": 0, "alone": 1, "most": 2**53})
     calls = {"make": "make_mode", "hoist": "hoist_mode", "look": "look_mode", "touch": f"{name}_contacts"}
     leading = emit_kernel_c(leads, calls, "static ", ("m", f"{name}_motion *m"), tuple(calls)[:3])
     table = _Table(rows, "\n".join([*texts, leading]), more is not None)

@@ -66,14 +66,7 @@ def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: 
         name: one_of(module, takes, [f[k] for f in functions], memory.arrays["calls"])
         for k, (name, takes) in enumerate(_CALLS.items())
     }
-    integers = {
-        **memory.integers,
-        "known": len(modes),
-        "driven": 0,
-        "breakpoints": 0,
-        "alone": 0,
-        "at_once": tables["room_for"],
-    }
+    integers = {**memory.integers, "known": len(modes), "driven": 0, "alone": 0, "at_once": tables["room_for"]}
     _, asked = bind(memory, automaton_kernel(), {**calls, "touch": touching["contacts"]}, integers, "run")
     _begin(memory, modes, touch, touching["hoist"], INTEGRATORS[method].fixed, most)
     contacts = {
