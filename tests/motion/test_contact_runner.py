@@ -50,7 +50,8 @@ def decisions(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def by_python(eom: kn.Equations, *args: Any, **options: Any) -> kn.Solution:
     """The motion with every mode chosen by Python."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ContactRunner, "place", lambda *_: None)
+        for name in ("place", "start", "leads"):
+            patch.setattr(ContactRunner, name, lambda *_: None)
         return kn.simulate(eom, *args, **options)
 
 
@@ -364,6 +365,25 @@ def test_a_controller_is_called_once_at_each_instant_also_where_python_repeats_a
     other = kn.simulate(eom, (0, 3), inputs={"F": kn.sampled(pulled, 0.01), "H": 0.0}, **options)
     assert sol.steps > 20 * len(sol.mode_history)
     agree(sol, other, 1e-9)
+
+
+@pytest.mark.parametrize(
+    "law", [lambda x, u: 15 * kn.sin(3 * kn.time), lambda x, u: STEP, lambda x, u: 10 * kn.sin(3 * kn.time) - 2 * x - u]
+)
+def test_prepared_and_many_motions_with_inputs_that_are_expressions(law: Any, decisions: list[str]) -> None:
+    eom, speeds = pushed(), np.linspace(0.5, 2, 8)
+    (x, _), (u, _) = eom.coordinates, eom.speeds
+    options: dict[str, Any] = {"inputs": {"F": law(x, u), "H": 20 * kn.sin(5 * kn.time)}, "samples": 11}
+    each = [kn.simulate(eom, (0, 3), q=[0, 0], u=[v, 0], **options) for v in speeds]
+    run = kn.prepare(eom, (0, 3), **options)
+    ones = [run(q=[0, 0], u=[v, 0]) for v in speeds]
+    start: dict[str, Any] = {"q": {"x": 0, "y": 0}, "u": {"u_x": speeds, "u_y": 0.0}}
+    many = kn.simulate_many(eom, (0, 3), threads=2, **start, **options)
+    assert decisions == []
+    assert np.array_equal(many["end_state"], [sol.states[-1] for sol in each])
+    for one, other in zip(ones, each, strict=True):
+        agree(one, other, 0.0)
+        assert np.array_equal(one["F"], other["F"])
 
 
 def test_prepared_motions_begin_with_the_first_step_that_is_given() -> None:

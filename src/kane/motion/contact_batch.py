@@ -15,10 +15,11 @@ from kane.analysis.state_checks import start_state
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam
-from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner
+from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Record
 from kane.motion.hybrid.contact_tables import numbers_of
+from kane.motion.inputs.expressions import values
 from kane.motion.inputs.functions import constant
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
@@ -37,7 +38,7 @@ _ROOM = 2**21
 
 
 def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method) -> bool:
-    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are constant."""
+    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are the same in all motions."""
     system = eom.system
     return (
         bool(system.contacts)
@@ -48,7 +49,7 @@ def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method) -
         and not any(eom.numeric().value(timed))
         and eom.solved.twin is None
         and not any(isinstance(b, Beam) for b in system.bodies)
-        and all(constant(f) is not None for f in drives.values())
+        and all(same_in_all(f) is not None for f in drives.values())
         and method.max_seconds == np.inf
     )
 
@@ -92,7 +93,9 @@ class ContactBatch:
         inside = times[(times > span[0]) & (times < span[1])]
         self.t = np.concatenate([span[:1], inside, span[1:]])
         self.routine = eom.numeric(self.settings).routine(judged).flat
-        self.r = np.array([constant(drives[s]) or 0.0 for s in eom.inputs] + [0.0], dtype=float)
+        self.functions = [drives[s] for s in eom.inputs]
+        self.vary = any(constant(f) is None for f in self.functions)
+        self.r = np.array([*(constant(f) or 0.0 for f in self.functions), 0.0], dtype=float)
 
     def single(self) -> "ContactCalls":
         """The object that runs one motion at a time."""
@@ -156,8 +159,15 @@ class ContactBatch:
     def read(self, t: Array, states: Array, p: Array) -> Array:
         """K, E and the least pivot (rows × 3) at times t and y, with one row of parameters for each or for all."""
         rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
-        found = np.zeros((len(t), 3))
-        places = (t.copy(), 1), (y, y.shape[1]), (rows, rows.shape[1] if len(p) > 1 else 0), (self.r, 0)
+        found, r = np.zeros((len(t), 3)), self.r
+        if self.vary:
+            r = np.column_stack([values(self.functions, t, y[:, :-1]), np.zeros(len(t))])
+        places = (
+            (t.copy(), 1),
+            (y, y.shape[1]),
+            (rows, rows.shape[1] if len(p) > 1 else 0),
+            (r, len(self.r) * self.vary),
+        )
         self.routine.on_rows(*places, out=found)()
         return found
 

@@ -39,7 +39,7 @@ from kane.motion.hybrid.contact_tables import (
     symbols,
 )
 from kane.motion.inputs.breakpoints import Clock, clock, stretch
-from kane.motion.inputs.expressions import HeldInput, controllers
+from kane.motion.inputs.expressions import Formula, HeldInput, controllers
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import bounded, breakpoints_of, whole
 from kane.motion.methods import chosen, kernel_of
@@ -565,12 +565,12 @@ def runner(
     times: Array,
 ) -> tuple[ContactRunner, list[ContactRunner]]:
     """A runner that no other motion uses, and the list to which it must be returned after use."""
-    inputs = tuple(constant(f) for f in given[1].values())
+    inputs = tuple(map(same_in_all, given[1].values()))
     laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
     breakpoints = tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
     kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs, breakpoints)
     free = kept.get(key)
-    if None in inputs:  # functions of time belong to one motion
+    if any(x is None for x in inputs):  # these belong to one motion
         free = []
     elif free is None:
         kept.put(key, free := [])
@@ -580,6 +580,11 @@ def runner(
         found = ContactRunner(eom, method, span, given, settings, times, breakpoints)
     found.take(given)
     return found, free
+
+
+def same_in_all(f: Any) -> float | Expr | None:
+    """The number or expression of an input that is the same in all motions; None for others, such as those with parameters."""
+    return f.expr if isinstance(f, Formula) and not f.values and not f.gains else constant(f)
 
 
 def _timed_laws(eom: Equations) -> Clock:
