@@ -15,9 +15,7 @@ from kane import expect
 from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.flow import Flow, Preference, dependence, flow_at, scaled
 from kane.analysis.linearization import choice_of
-from kane.analysis.local import (
-    all_switches,
-)
+from kane.analysis.local import all_switches
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.many.trimmed import SteadyEquations, trimmed
 from kane.analysis.many.trimmed import followed as followed_from

@@ -162,9 +162,7 @@ class InRates(Immutable):
         return self.power_by(self.acting())
 
     def power_by(
-        self,
-        forces: Iterable[tuple[Point | Frame, Vector]],
-        velocity: Callable[[Point | Frame], Vector] | None = None,
+        self, forces: Iterable[tuple[Point | Frame, Vector]], velocity: Callable[[Point | Frame], Vector] | None = None
     ) -> Exprs:
         """Σ F·∂v/∂q̇_s + T·∂ω/∂q̇_s for each rate, with the velocities of `velocity`, by default those of the system."""
         total = dict.fromkeys(self.rates, ZERO)

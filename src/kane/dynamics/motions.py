@@ -66,8 +66,7 @@ class Motions(Immutable):
     A = Derived.A.within("derived")
     b = Derived.b.within("derived")
     dependent_speeds = read[tuple[Speed, ...]](
-        lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.partition.dependent),
-        "The dependent speeds u_D.",
+        lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.partition.dependent), "The dependent speeds u_D."
     )
     independent_speeds = read[tuple[Speed, ...]](
         lambda m: Symbols(m.derived.speeds[i] for i in m._embedded.independent), "u_I."

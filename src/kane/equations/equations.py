@@ -317,8 +317,7 @@ class Equations(Immutable):
     )
     energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "Total energy E = K + V.")
     power = read[Expr](
-        lambda e: energy.power(e.solved),
-        "Power P of the loads without potential and of prescribed motions: dE/dt = P.",
+        lambda e: energy.power(e.solved), "Power P of the loads without potential and of prescribed motions: dE/dt = P."
     )
     load_powers = read[Mapping[Load, Expr]](
         lambda e: energy.load_powers(e._shown, dict(zip((*e.system.gravities, *e.system.loads), e.loads, strict=True))),

@@ -53,10 +53,7 @@ class Placed(NamedTuple):
 
 
 def placed(
-    aligned: Aligned,
-    found: Segments,
-    forces: Iterable[tuple[Point, Vector]],
-    torques: Iterable[tuple[Frame, Vector]],
+    aligned: Aligned, found: Segments, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]
 ) -> Iterator[Placed]:
     """Forces at points and torques on frames, as acting on steps; those on the ground are left out."""
     for point, force in forces:

@@ -564,13 +564,7 @@ def _check_moves(name: str, gap: Expr) -> None:
 
 
 def stiction(
-    joint: Joint,
-    size: Any,
-    *,
-    static: Any = None,
-    viscous: Any = 0,
-    normal: Reaction | None = None,
-    name: str = "",
+    joint: Joint, size: Any, *, static: Any = None, viscous: Any = 0, normal: Reaction | None = None, name: str = ""
 ) -> ContactLaw:
     """Dry friction in a pin or slider: `size` opposite to the joint's rate while it moves, up to `static` while it sticks.
 

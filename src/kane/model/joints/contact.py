@@ -123,13 +123,7 @@ def _less(c: Constraint, surface: Vector) -> Constraint:
 
 
 def point_on_plane(
-    name: str,
-    point: Point,
-    plane: Point,
-    *,
-    normal: Vector,
-    along: Vector | None = None,
-    surface: Vector | None = None,
+    name: str, point: Point, plane: Point, *, normal: Vector, along: Vector | None = None, surface: Vector | None = None
 ) -> Contact:
     """Contact of a particle, or of a corner of a body, with a plane.
 
