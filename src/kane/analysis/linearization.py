@@ -14,13 +14,12 @@ import numpy as np
 
 from kane import expect
 from kane.analysis.assembly import assemble
-from kane.analysis.differentiable import Side, differentiable
 from kane.analysis.flow import Flow, Preference, Steadiness, changing, dependence, flow_at, steadiness
 from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.many.linearized import linearized
 from kane.analysis.many.poses import Poses, poses
-from kane.analysis.one_sided import Piece
+from kane.analysis.one_sided import Piece, Side, differentiable
 from kane.analysis.operating_point import arrays_at, left_out, state_from, warn_of_beams, warn_of_contacts
 from kane.analysis.perturbations import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.analysis.state_checks import StateArrays, misses

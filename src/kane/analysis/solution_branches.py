@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import expect
-from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
+from kane.analysis.one_sided import Side
 from kane.analysis.operating_point import closed, state_from, warn_of_beams, warn_of_contacts
 from kane.analysis.steady_conditions import ScaledConditions, SteadyProblem
 from kane.analysis.trimming import null_space, problem, solve_problem, undetermined

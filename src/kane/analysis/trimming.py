@@ -12,13 +12,13 @@ from typing import Any, Unpack
 import numpy as np
 
 from kane import expect
-from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.flow import Flow, Preference, dependence, flow_at, scaled
 from kane.analysis.linearization import choice_of
 from kane.analysis.local import all_switches
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.many.trimmed import SteadyEquations, trimmed
 from kane.analysis.many.trimmed import followed as followed_from
+from kane.analysis.one_sided import warn_of_jumps
 from kane.analysis.operating_point import closed, left_out, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
 from kane.analysis.state_checks import entries
