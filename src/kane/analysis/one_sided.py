@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives of the equations at a state on switching surfaces: the common one, that on a given side, or an error naming the switches.
+"""Derivatives of the equations on switching surfaces: the common one, that on a given side, or an error that names the switches.
 
 A combination of signs s_i = ±1 of switching functions c_i is a side if it can be entered: a direction d exists with s_i ∇c_i·d > 0 for
 all i. x |x| and guarded quotients have equal derivatives on both sides, however they are written. A length |v| = √(v·v) has none at
