@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis import Entries, solve_each, surely_independent
+from kane.analysis import MatrixEntries, solve_each, surely_independent
 from kane.numeric import balanced, surely_regular
 
 SETTINGS = kn.Settings()
@@ -14,7 +14,7 @@ SETTINGS = kn.Settings()
 def entries(a):
     """Matrices (k × m × n) as they stand, behind a number of each state that is none of theirs."""
     rows = np.hstack([np.full((len(a), 1), np.nan), a.reshape(len(a), -1)])
-    return Entries(rows, 1 + np.arange(a[0].size).reshape(a.shape[1:]))
+    return MatrixEntries(rows, 1 + np.arange(a[0].size).reshape(a.shape[1:]))
 
 
 def bound(a):

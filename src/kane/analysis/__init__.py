@@ -34,7 +34,7 @@ __getattr__ = _offered(
         "load_signs": "doubtful_loads",
         "mixed_dynamics": "Inverse inverse",
         "solution_branches": "Branch Crossing changes continuation tracked",
-        "stacks": "Entries solve_each surely_independent",
+        "stacks": "MatrixEntries solve_each surely_independent",
         "state_checks": "start_state",
         "trimming": "equilibrium trim",
     },

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from kane import expect
-from kane.analysis.stacks import Entries, surely_independent
+from kane.analysis.stacks import MatrixEntries, surely_independent
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.formulation.recursive import WAYS
@@ -177,12 +177,12 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     return partition.rows
 
 
-def independent_rows_of(eom: Equations, a: Entries, settings: Settings) -> list[tuple[int, ...]]:
+def independent_rows_of(eom: Equations, a: MatrixEntries, settings: Settings) -> list[tuple[int, ...]]:
     """`independent_rows` for each of several A (k × m × n)."""
     if eom.embedding is None or not len(a.rows):
         return [()] * len(a.rows)
     rows = eom.embedding.partition.rows
-    sure = surely_independent(Entries(a.rows, a.places[list(rows)]), SURE_RANK, settings)
+    sure = surely_independent(MatrixEntries(a.rows, a.places[list(rows)]), SURE_RANK, settings)
     return [rows if surely else independent_rows(eom, a.of(k)) for k, surely in enumerate(sure.tolist())]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from kane import expect
 from kane.analysis.local import at_false_pole, independent_rows_of
 from kane.analysis.many.poses import poses
-from kane.analysis.stacks import Entries, solve_each
+from kane.analysis.stacks import MatrixEntries, solve_each
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, check_unit_length
 from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
@@ -180,7 +180,7 @@ class Inverse(Attributes):
         moved[:, [columns[self.known[i]] for i in told], 0] = given[:, told]
         right = own.right - (own.matrix @ moved)[:, :, 0]
         held: dict[tuple[int, ...], list[int]] = {}
-        for k, independent in enumerate(independent_rows_of(eom, Entries(rows, places[n : n + m, :n]), settings)):
+        for k, independent in enumerate(independent_rows_of(eom, MatrixEntries(rows, places[n : n + m, :n]), settings)):
             held.setdefault(independent, []).append(k)
         z = np.empty((len(rows), len(self.unknowns)))
         for independent, states in held.items():
@@ -188,15 +188,15 @@ class Inverse(Attributes):
             taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
             at: list[int] | slice = slice(None) if len(held) == 1 else states
             signs = np.where(np.array(taken) < size, 1.0, -1.0)
-            found = self._solution(Entries(rows[at], places[np.ix_(kept, taken)]), right[at][:, kept], signs)
+            found = self._solution(MatrixEntries(rows[at], places[np.ix_(kept, taken)]), right[at][:, kept], signs)
             z[at] = found[:, : len(self.unknowns)]
         return z
 
-    def _solution(self, square: Entries, right: Array, signs: Array) -> Array:
+    def _solution(self, square: MatrixEntries, right: Array, signs: Array) -> Array:
         """Solutions for square matrices (k × n × n) with columns times `signs`; raises SingularError if one may be singular."""
         told = at_false_pole(self.eom)
         threshold = STATE_RANK if told else INVERSE_RANK
-        sides = Entries(right, np.arange(len(signs))[:, None])
+        sides = MatrixEntries(right, np.arange(len(signs))[:, None])
         found = solve_each(square, sides, self.eom.numeric(self.settings).settings, order=(1, 0), rounding=0.0)
         z = found.x[:, :, 0] * signs
         for k in np.flatnonzero(~(found.share > threshold)).tolist():

@@ -26,7 +26,7 @@ _STATES = 10_000
 """Number of states in one call; keyboard interrupts are handled between calls."""
 
 
-class Entries(NamedTuple):
+class MatrixEntries(NamedTuple):
     """Matrices (k × m × n), given by the `places` of their entries (m × n) in `rows` of numbers (k × …)."""
 
     rows: Array
@@ -43,7 +43,7 @@ class Stack(NamedTuple):
     A negative share is no bound: balancing dropped entries as rounding that the inverse contains.
     """
 
-    a: Entries
+    a: MatrixEntries
     x: Array
     inverse: Array
     share: Array
@@ -57,8 +57,8 @@ class Stack(NamedTuple):
 
 
 def solve_each(
-    a: Entries,
-    b: Entries,
+    a: MatrixEntries,
+    b: MatrixEntries,
     settings: Settings,
     *,
     inverse: bool = False,
@@ -75,15 +75,15 @@ def solve_each(
     return result
 
 
-def surely_independent(a: Entries, threshold: float, settings: Settings) -> Mask:
+def surely_independent(a: MatrixEntries, threshold: float, settings: Settings) -> Mask:
     """Where σ_m/σ_1 of A (m × n, m ≤ n), balanced, is certainly above the threshold."""
     m, n = a.places.shape
-    found = solve_each(a, Entries(a.rows, a.places[:, :0]), settings)
+    found = solve_each(a, MatrixEntries(a.rows, a.places[:, :0]), settings)
     power = 1 if m == n else 2
     return np.asarray(np.abs(found.share) > max(threshold**power, ROUNDED)) if m < n else found.regular(threshold)
 
 
-def _run(kernel: CompiledKernel, b: Entries, found: Stack, order: Sequence[int], rounding: float) -> None:
+def _run(kernel: CompiledKernel, b: MatrixEntries, found: Stack, order: Sequence[int], rounding: float) -> None:
     a = found.a
     (m, n), sides = a.places.shape, b.places.shape[1]
     wide, tall, across = (-(-size // LANES) for size in (n, m, sides))

@@ -24,7 +24,7 @@ from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import warn_of_jumps
 from kane.analysis.operating_point import closed, left_out, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
-from kane.analysis.stacks import Entries, solve_each
+from kane.analysis.stacks import MatrixEntries, solve_each
 from kane.analysis.state_checks import entries
 from kane.analysis.steady_conditions import Applying, Conditions, ScaledConditions, SteadyProblem, shares
 from kane.dynamics.constraints.manifold import branches, turned_closures
@@ -487,7 +487,7 @@ def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:
     rows = routine.flat(conditions.t, x, p, r)
     matrix, right = routine.bundle.places("matrix"), routine.bundle.places("right")
     own, z = routine.bundle.split(rows), np.zeros((len(rows), len(right)))
-    a, b = Entries(rows, matrix[np.ix_(keep, keep)]), Entries(rows, right[list(keep), None])
+    a, b = MatrixEntries(rows, matrix[np.ix_(keep, keep)]), MatrixEntries(rows, right[list(keep), None])
     z[:, keep] = solve_each(a, b, numeric.settings).x[:, :, 0]
     norms = [(x[:, list(places)] ** 2).sum(axis=1)[:, None] - 1.0 for places in conditions.perturbed.sets]
     moved = np.hstack([own.rates[:, list(conditions.perturbed.coordinates)], own.spins])
