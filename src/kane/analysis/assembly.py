@@ -18,9 +18,9 @@ from typing import Any, Literal, NamedTuple, Unpack, overload
 import numpy as np
 
 from kane import expect
+from kane.analysis.flow import turning
 from kane.analysis.many.assembled import One, assembled, level_of
 from kane.analysis.many.poses import Poses, poses
-from kane.analysis.perturbations import turning
 from kane.analysis.state_checks import GivenEntries, entries, misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.readings.quantities import parameter_values

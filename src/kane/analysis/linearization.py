@@ -6,7 +6,7 @@
 T is the identity; for Euler parameters it turns three small angles along the axes of their frame into δe.
 
 At many states A and B of all are computed at once where possible, otherwise state by state. The independent perturbations of the first
-state are those of all states. At once means the implicit function theorem of `kane.analysis.perturbations` on stacks of matrices; a
+state are those of all states. At once means the implicit function theorem of `kane.analysis.flow` on stacks of matrices; a
 state in doubt, by rank, constraints or values that are not finite, is linearized by itself.
 """
 
@@ -19,13 +19,27 @@ import numpy as np
 
 from kane import expect
 from kane.analysis.assembly import assemble
-from kane.analysis.flow import Flow, Preference, Steadiness, changing, dependence, flow_at, steadiness
+from kane.analysis.flow import (
+    Flow,
+    FreePart,
+    Preference,
+    Steadiness,
+    Tangents,
+    by_free_part,
+    changing,
+    dependence,
+    flow_at,
+    perturbations,
+    spread,
+    steadiness,
+    tangents,
+    turning_rates,
+)
 from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, Values, all_switches, answers, coded, outputs_of, regular_rows, slopes, values
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import Piece, Side, differentiable, lengths
 from kane.analysis.operating_point import arrays_at, left_out, state_from, warn_of_beams, warn_of_contacts
-from kane.analysis.perturbations import FreePart, Tangents, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.analysis.stacks import MatrixEntries, Stack, solve_each
 from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.partition import choose

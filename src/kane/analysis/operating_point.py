@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from kane.analysis.assembly import assemble
+from kane.analysis.flow import perturbations, spread
 from kane.analysis.local import Values, coded, slopes_at, values_at
-from kane.analysis.perturbations import perturbations, spread
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, entries, start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.compiled import Numeric

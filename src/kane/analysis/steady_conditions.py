@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.analysis.flow import magnitudes, share
+from kane.analysis.flow import Perturbations, magnitudes, perturbations, share
 from kane.analysis.local import Slopes, Values, coded, quick_solver, slopes_at, solver, values_at
-from kane.analysis.perturbations import Perturbations, perturbations
 from kane.analysis.state_checks import StateArrays, open_shares
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations

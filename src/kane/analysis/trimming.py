@@ -16,14 +16,13 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 
 from kane import expect
-from kane.analysis.flow import Flow, Preference, dependence, flow_at, scaled, share
+from kane.analysis.flow import Flow, Preference, dependence, flow_at, perturbations, scaled, share
 from kane.analysis.linearization import choice_of
 from kane.analysis.local import all_switches, regular_rows, unknowns, values
 from kane.analysis.many.following import SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import warn_of_jumps
 from kane.analysis.operating_point import closed, left_out, state_from, warn_of_contacts
-from kane.analysis.perturbations import perturbations
 from kane.analysis.stacks import MatrixEntries, solve_each
 from kane.analysis.state_checks import entries
 from kane.analysis.steady_conditions import Applying, Conditions, ScaledConditions, SteadyProblem, shares

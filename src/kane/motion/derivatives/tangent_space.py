@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.analysis.flow import Flow, Preference, flow_at
+from kane.analysis.flow import Flow, Preference, flow_at, perturbations, spread
 from kane.analysis.local import slopes_at
-from kane.analysis.perturbations import perturbations, spread
 from kane.analysis.state_checks import StateArrays
 from kane.equations.equations import Equations
 from kane.expr.symbols import Parameter, time
