@@ -19,8 +19,7 @@ from kane.dynamics.derivation import Derived, derived, first_partition
 from kane.dynamics.forcing import Moving
 from kane.dynamics.formulation.table import ASKED, solved
 from kane.dynamics.lazy import LazyMapping, read
-from kane.dynamics.methods.base import Formulation
-from kane.dynamics.methods.table import formulation
+from kane.dynamics.methods import Formulation, formulation
 from kane.dynamics.poles import watched_events, without_poles
 from kane.dynamics.readings import energy, unsolved
 from kane.dynamics.readings.contributions import (

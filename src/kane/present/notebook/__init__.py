@@ -9,7 +9,7 @@ from kane.analysis.assembly import Assembled
 from kane.analysis.comparison import MethodComparison, SpeedComparison
 from kane.analysis.linear import Linear, Mode, NormalModes
 from kane.dynamics.lazy import LazyMapping
-from kane.dynamics.methods.base import Formulation
+from kane.dynamics.methods import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral
 from kane.dynamics.readings.potential import FoundPotential
