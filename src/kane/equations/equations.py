@@ -31,8 +31,7 @@ from kane.dynamics.readings.contributions import (
     mass_contributions,
     noncontributing,
 )
-from kane.dynamics.readings.energy import Impulse, KineticParts
-from kane.dynamics.readings.integrals import Integral, integrals
+from kane.dynamics.readings.energy import Impulse, Integral, KineticParts, integrals
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.readings.potential import FoundPotential, check_potentials, find_potential
 from kane.dynamics.readings.quantities import evaluate_along, speeds_from_rates, time_derivative, without_rates

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.energy import depends_on_time
-from kane.dynamics.readings.integrals import Integral
+from kane.dynamics.readings.energy import Integral, depends_on_time
 from kane.dynamics.readings.quantities import asked
 from kane.errors import ArgumentError, Attributes, cut, warn
 from kane.expr.node import Expr

@@ -11,7 +11,7 @@ from kane.analysis.linear import Linear, Mode, NormalModes
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.methods import Formulation
 from kane.dynamics.motions import Motions
-from kane.dynamics.readings.integrals import Integral
+from kane.dynamics.readings.energy import Integral
 from kane.dynamics.readings.potential import FoundPotential
 from kane.equations.compiled import Compiled, Handle
 from kane.equations.equations import Equations
