@@ -22,8 +22,8 @@ import numpy as np
 
 from kane import expect
 from kane.analysis.many.poses import Poses, poses
-from kane.equations.datasets import package
 from kane.equations.equations import Equations, check_equations, derive
+from kane.equations.instances import package
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, KaneError, SimulationError, SingularError, cut, listed_warnings
 from kane.expr.symbols import Reaction, Speed

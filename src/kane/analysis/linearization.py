@@ -46,8 +46,8 @@ from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.compiled import Numeric
-from kane.equations.datasets import package
 from kane.equations.equations import Equations, check_equations
+from kane.equations.instances import package
 from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, CornerError, SimulationError, ValueMissingError, cut
 from kane.expr.build import sub

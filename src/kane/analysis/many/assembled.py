@@ -16,8 +16,8 @@ from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import ports
-from kane.equations.datasets import package
 from kane.equations.equations import Equations
+from kane.equations.instances import package
 from kane.equations.state import Guess
 from kane.errors import KaneError, SimulationError
 from kane.expr.symbols import Coordinate, Speed

@@ -12,9 +12,8 @@ import numpy as np
 
 from kane import expect
 from kane.dynamics.readings.quantities import parameter_values
-from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
-from kane.equations.instances import STARTS, Instances, has_columns, instances
+from kane.equations.instances import STARTS, Instances, has_columns, instances, labelled, package
 from kane.equations.state import GROUPS, Guess, State, StateValues, columns_of, state_of
 from kane.errors import ArgumentError, KaneError, SimulationError, SingularError, ValueMissingError
 from kane.expr.symbols import Symbol, rate, time

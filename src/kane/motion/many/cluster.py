@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kane import expect
-from kane.equations.datasets import package
+from kane.equations.instances import package
 from kane.errors import KaneError, SimulationError, cut
 from kane.motion.many.chunks import Job
 from kane.motion.many.stores import write

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.datasets import package
 from kane.equations.equations import Equations
-from kane.equations.instances import Instances
+from kane.equations.instances import Instances, package
 from kane.equations.state import State
 from kane.errors import KaneError, SimulationError, warn
 from kane.expr.symbols import Symbol

@@ -9,9 +9,8 @@ import numpy as np
 
 from kane import expect
 from kane.dynamics.readings.quantities import asked
-from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
-from kane.equations.instances import STARTS, Instances
+from kane.equations.instances import STARTS, Instances, labelled, package
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol

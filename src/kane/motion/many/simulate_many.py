@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import expect
-from kane.equations.datasets import package
 from kane.equations.equations import Equations, check_equations
-from kane.equations.instances import Instances, instances
+from kane.equations.instances import Instances, instances, package
 from kane.errors import SimulationError, warn
 from kane.expr.node import Expr
 from kane.expr.piecewise import Table

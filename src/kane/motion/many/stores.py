@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.datasets import package
+from kane.equations.instances import package
 from kane.errors import SolutionFileError
 from kane.expr.node import Expr
 from kane.motion.many.chunks import Job

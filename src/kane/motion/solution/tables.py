@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.datasets import AXES, labelled, package
 from kane.equations.equations import Equations
+from kane.equations.instances import AXES, labelled, package
 from kane.errors import ArgumentError, cut
 from kane.expr.node import Expr
 from kane.numeric.arrays import Array
