@@ -182,10 +182,10 @@ _NAMES = {
     "model.contacts": "ContactLaw ContactMode capstan clutch contact drilling_resistance rolling_resistance rope stiction stop "
         "stribeck",
     "model.joints.contact":
-        "Contact disk_on_plane dry_friction friction point_on_plane sphere_on_plane torus_on_plane",
+        "Contact capsule_on_plane corners_on_plane disk_on_plane dry_friction friction point_on_plane sphere_on_cylinder "
+        "sphere_on_plane sphere_on_sphere torus_on_plane",
     "model.joints.gears": "bevel_pair gear_pair rack_and_pinion worm_pair",
     "model.joints.joint": "Joint",
-    "model.joints.round_contact": "capsule_on_plane corners_on_plane sphere_on_cylinder sphere_on_sphere",
     "model.joints.tree_joints": "ball cylindrical free pin planar screw slider universal weld",
     "model.loads":
         "Force Gravity Load Torque action_reaction gravity linear_damper linear_spring torque_pair "

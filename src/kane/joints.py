@@ -27,10 +27,19 @@ from kane.model.joints.closing import (
     close_universal,
     close_weld,
 )
-from kane.model.joints.contact import Contact, disk_on_plane, point_on_plane, sphere_on_plane, torus_on_plane
+from kane.model.joints.contact import (
+    Contact,
+    capsule_on_plane,
+    corners_on_plane,
+    disk_on_plane,
+    point_on_plane,
+    sphere_on_cylinder,
+    sphere_on_plane,
+    sphere_on_sphere,
+    torus_on_plane,
+)
 from kane.model.joints.gears import bevel_pair, gear_pair, rack_and_pinion, worm_pair
 from kane.model.joints.joint import Joint
-from kane.model.joints.round_contact import capsule_on_plane, corners_on_plane, sphere_on_cylinder, sphere_on_sphere
 from kane.model.joints.tree_joints import ball, cylindrical, free, pin, planar, screw, slider, universal, weld
 
 __all__ = [

@@ -20,9 +20,8 @@ from kane.expr.visit import substituted
 from kane.interop.python_source.constraints import same_constraint
 from kane.interop.python_source.expressions import same_vectors
 from kane.model.contacts import LAWS, ContactLaw, clutch, drilling_resistance, rolling_resistance, rope, stiction, stop
-from kane.model.joints.contact import Contact, disk_on_plane, point_on_plane, sphere_on_plane
+from kane.model.joints.contact import Contact, disk_on_plane, point_on_plane, sphere_on_plane, sphere_on_sphere
 from kane.model.joints.joint import Joint
-from kane.model.joints.round_contact import sphere_on_sphere
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
