@@ -185,8 +185,7 @@ _NAMES = {
         "Contact capsule_on_plane corners_on_plane disk_on_plane dry_friction friction point_on_plane sphere_on_cylinder "
         "sphere_on_plane sphere_on_sphere torus_on_plane",
     "model.joints.gears": "bevel_pair gear_pair rack_and_pinion worm_pair",
-    "model.joints.joint": "Joint",
-    "model.joints.tree_joints": "ball cylindrical free pin planar screw slider universal weld",
+    "model.joints.joint": "Joint ball cylindrical free pin planar screw slider universal weld",
     "model.loads":
         "Force Gravity Load Torque action_reaction gravity linear_damper linear_spring torque_pair "
         "torsional_damper torsional_spring",

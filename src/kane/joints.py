@@ -39,8 +39,7 @@ from kane.model.joints.contact import (
     torus_on_plane,
 )
 from kane.model.joints.gears import bevel_pair, gear_pair, rack_and_pinion, worm_pair
-from kane.model.joints.joint import Joint
-from kane.model.joints.tree_joints import ball, cylindrical, free, pin, planar, screw, slider, universal, weld
+from kane.model.joints.joint import Joint, ball, cylindrical, free, pin, planar, screw, slider, universal, weld
 
 __all__ = [
     "Contact",

@@ -17,8 +17,7 @@ from kane.interop.robots.making import Making, on_joint, plain, turned, vector
 from kane.interop.robots.records import DOFS, Move, RobotLink
 from kane.model.bodies import Particle, RigidBody
 from kane.model.contacts import stiction, stop
-from kane.model.joints.joint import Joint
-from kane.model.joints.tree_joints import ball, free, pin, planar, slider
+from kane.model.joints.joint import Joint, ball, free, pin, planar, slider
 from kane.model.loads import Force, Load, action_reaction, gravity, torque_pair
 from kane.model.solids import inertia
 from kane.numeric.scale import DECLARED, NO_SIZE
