@@ -17,7 +17,7 @@ from kane.equations.state import GROUPS, State
 from kane.errors import warn
 from kane.expr.node import Expr
 from kane.expr.regular import size
-from kane.model.beams.beam import Beam, across, doubts
+from kane.model.beams.beam import Beam, doubts, spin_squared
 from kane.model.contacts import ContactLaw
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
@@ -87,7 +87,7 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
 def warn_of_beams(eom: Equations, points: Sequence[State]) -> None:
     """Warn once of each beam that, in some of these states, spins faster than its declared model allows."""
     for beam in eom.system.bodies:
-        square = across(beam) if isinstance(beam, Beam) else None
+        square = spin_squared(beam) if isinstance(beam, Beam) else None
         if square is None or not isinstance(beam, Beam):
             continue
         spins = [float(np.sqrt(max(float(eom.evaluate(square, p)), 0.0))) for p in points]
