@@ -11,8 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kane.dynamics.constraints.embed import Embedding, embedding
-from kane.dynamics.constraints.partition import Partition, choose
+from kane.dynamics.constraints.partition import Embedding, Partition, choose, embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import acting
 from kane.dynamics.lazy import read

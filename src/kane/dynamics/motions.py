@@ -15,8 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from kane import show
-from kane.dynamics.constraints.embed import Embedding, embedding
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import Embedding, Partition, embedding
 from kane.dynamics.derivation import Derived, derived, first_partition
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates

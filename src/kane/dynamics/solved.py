@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from kane.dynamics.constraints.embed import Embedding, Watch, watch
 from kane.dynamics.constraints.manifold import contacts, touches
+from kane.dynamics.constraints.partition import Embedding, Watch, watch
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import generalized_by_motion, mass_rows
 from kane.dynamics.lazy import Lately, LazyMapping, read

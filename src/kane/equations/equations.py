@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import expect, show
-from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import Embedding, Partition
 from kane.dynamics.derivation import Derived, derived, first_partition
 from kane.dynamics.forcing import Moving
 from kane.dynamics.formulation.table import ASKED, solved

@@ -35,8 +35,8 @@ from dataclasses import replace
 from functools import cache
 from typing import Literal, NamedTuple
 
-from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.manifold import PointConstraints, contacts
+from kane.dynamics.constraints.partition import Embedding, embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import LoadTerm, Moving, generalized_by_motion, moving_parts
 from kane.dynamics.formulation.change_of_speeds import ConstraintRates, by_definitions, twins

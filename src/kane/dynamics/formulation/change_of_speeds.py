@@ -28,9 +28,8 @@ from functools import reduce
 from itertools import combinations
 from typing import NamedTuple
 
-from kane.dynamics.constraints.embed import DependentSpeeds, Embedding, embedding
 from kane.dynamics.constraints.manifold import PointConstraints, contacts
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import DependentSpeeds, Embedding, Partition, embedding
 from kane.dynamics.derivation import Derived, by_other_speeds, check_mass
 from kane.dynamics.forcing import blocks, generalized_by_motion, mass_rows
 from kane.dynamics.formulation.classical import block_solution, classical

@@ -43,8 +43,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from kane.dynamics import forcing
-from kane.dynamics.constraints.embed import Embedding, embedding
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import Embedding, Partition, embedding
 from kane.dynamics.derivation import Derived, check_mass, free_fall
 from kane.dynamics.forcing import Blocks, Moving, PartRotation, blocks, mass_rows, moving_parts, primitive
 from kane.dynamics.solved import Solved

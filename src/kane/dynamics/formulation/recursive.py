@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.constraints.embed import embedding
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import Partition, embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.carried import falling, regrouped, rigid_bodies
 from kane.dynamics.formulation.classical import evident, holds_reactions, solved_reactions

@@ -18,9 +18,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
-from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.manifold import touches
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import Embedding, Partition, embedding
 from kane.dynamics.derivation import Derived, check_reactions_independent
 from kane.dynamics.formulation.candidates import (
     LARGE,

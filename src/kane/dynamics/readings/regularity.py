@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.embed import Watch
-from kane.dynamics.constraints.partition import choose
+from kane.dynamics.constraints.partition import Watch, choose
 from kane.dynamics.formulation.recursive import WAYS, keep_digits
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Pivot, Reading, Solved
