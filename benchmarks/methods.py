@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import kane as kn
-from kane.dynamics.methods import METHODS
+from kane.dynamics.formalisms import METHODS
 from kane.gallery import load
 
 TABLE = Path(__file__).parent / "methods.md"

@@ -131,7 +131,7 @@ _NAMES = {
     "analysis.mixed_dynamics": "Inverse inverse",
     "analysis.solution_branches": "Branch Crossing continuation",
     "analysis.trimming": "equilibrium trim",
-    "dynamics.methods": "Formulation",
+    "dynamics.formalisms": "Formulation",
     "dynamics.motions": "Motions motions",
     "dynamics.readings.contributions": "Noncontributing",
     "dynamics.readings.joint_reactions": "JointReaction",

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from kane.analysis.mixed_dynamics import Inverse, inverse
     from kane.analysis.solution_branches import Branch, Crossing, continuation
     from kane.analysis.trimming import equilibrium, trim
-    from kane.dynamics.methods import Formulation
+    from kane.dynamics.formalisms import Formulation
     from kane.dynamics.motions import Motions, motions
     from kane.equations.state import Guess, guess
 
 __getattr__ = _offered(
     __name__,
     {
-        ".dynamics.methods": "Formulation",
+        ".dynamics.formalisms": "Formulation",
         ".dynamics.motions": "Motions motions",
         ".equations.state": "Guess OperatingPoint State guess",
         "assembly": "Assembled assemble velocity_constraints_at",

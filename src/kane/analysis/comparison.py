@@ -13,9 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from kane import expect, show
+from kane.dynamics.formalisms import METHODS, Formulation
 from kane.dynamics.formulation.candidates import divisors
 from kane.dynamics.formulation.table import ASKED
-from kane.dynamics.methods import METHODS, Formulation
 from kane.equations.equations import Equations, derive
 from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut, none_of
 from kane.expr.evaluation import is_constant_in_time

@@ -15,7 +15,7 @@ __getattr__ = offered(
         "inverse_dynamics": "kinetic_energy_along_tree",
         "lazy": "LazyMapping read",
         "in_rates": "InRates",
-        "methods": "METHODS OTHERS",
+        "formalisms": "METHODS OTHERS",
         "poles": "without_poles",
         "readings.energy": "kinetic_energy",
         "readings.potential": "line_integral",

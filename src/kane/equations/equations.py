@@ -16,9 +16,9 @@ from kane import expect, show
 from kane.dynamics.constraints.partition import Embedding, Partition
 from kane.dynamics.derivation import Derived, derived, first_partition
 from kane.dynamics.forcing import Moving
+from kane.dynamics.formalisms import Formulation, formulation
 from kane.dynamics.formulation.table import ASKED, solved
 from kane.dynamics.lazy import LazyMapping, read
-from kane.dynamics.methods import Formulation, formulation
 from kane.dynamics.poles import watched_events, without_poles
 from kane.dynamics.readings import energy, unsolved
 from kane.dynamics.readings.contributions import (

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.methods import Formulation
+from kane.dynamics.formalisms import Formulation
 from kane.dynamics.readings.contributions import Place, measured, states
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations

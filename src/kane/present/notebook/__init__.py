@@ -8,8 +8,8 @@ from kane import show
 from kane.analysis.assembly import Assembled
 from kane.analysis.comparison import MethodComparison, SpeedComparison
 from kane.analysis.linear import Linear, Mode, NormalModes
+from kane.dynamics.formalisms import Formulation
 from kane.dynamics.lazy import LazyMapping
-from kane.dynamics.methods import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.energy import Integral
 from kane.dynamics.readings.potential import FoundPotential

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from kane.analysis.comparison import MethodComparison, SpeedComparison
 from kane.analysis.linear import Linear
-from kane.dynamics.methods import Formulation
+from kane.dynamics.formalisms import Formulation
 from kane.dynamics.motions import Motions
 from kane.errors import cut
 from kane.expr.build import add
