@@ -20,6 +20,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.numeric.arrays import Array, Indices, Mask
 from kane.numeric.newton import close_many
+from kane.numeric.rank import balance
 from kane.numeric.sampling import ASSEMBLY_SEED
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ONE_POSITION
 
@@ -92,7 +93,8 @@ class NearestStates:
         sure = np.flatnonzero(~doubt)
         if len(sure):
             u[sure], _, unsure, a[sure] = speeds_at(poses, q, sure)
-            doubt[sure[unsure | ~_determined(_levelled(a[sure][:, :, self.sought]))]] = True
+            level = balance(a[sure][:, :, self.sought], order=(0, 1), rounding=0.0).matrix
+            doubt[sure[unsure | ~_determined(level)]] = True
         return StatesOnConstraints(q, u, a, doubt)
 
     def _closed(self, poses: Poses, guesses: Array) -> tuple[Array, Mask]:
@@ -196,14 +198,6 @@ def _values_at(eom: Equations, poses: Poses) -> Callable[[Array, Indices], tuple
         return now.f, now.gradient
 
     return values
-
-
-def _levelled(block: Array) -> Array:
-    """Blocks (k × m × n) with columns, and then rows, scaled to a largest absolute entry of 1."""
-    for axis in (1, 2):
-        size = np.abs(block).max(axis=axis, keepdims=True, initial=0)
-        block = block / np.where(size > 0, size, 1.0)
-    return block
 
 
 def _determined(block: Array) -> Mask:
