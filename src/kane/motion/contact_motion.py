@@ -392,7 +392,7 @@ class ContactMotion:
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
         slides = {i for i in closed if now.modes[i].slips}
-        (i, kind), begins = self.ends(event) or (-1, ""), t
+        (i, kind), begins, thrown = self.ends(event) or (-1, ""), t, set[int]()
         if kind == "turns":
             modes = tuple(m.slipping(straight=False) if n == i else m for n, m in enumerate(now.modes))
             return x, replace(now, modes=modes, hits=frozenset(), stiff=False), t
@@ -403,12 +403,12 @@ class ContactMotion:
             return x, Decided(modes, directions), t
         touch = self.touch(t, x)
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
-        below = {n for n in hits if touch.gap_rates[n] > 0}
         if hits:
             # an impact of another contact may make them rebound
             hits |= {n for n in set(range(k)) - closed if self._touches(touch, n)}
             self.slack[list(hits)] = 0.0
-            x, closed, begins = self.hit(t, x, closed | hits)
+            thrown = closed | hits
+            x, closed, begins = self.hit(t, x, thrown)
             touch = self.touch(t, x)
             x, sliding = self._consistent(t, x, closed, self._still(touch, closed, self.none))
             touch = self.touch(t, x)
@@ -446,7 +446,7 @@ class ContactMotion:
             x, touch, sliding = self._brought_to_rest(t, x, touch, closed, back, sliding)
             closed = self.layout.together(closed | back)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
-        self._opens(touch, closed, below, decided.modes)
+        self._opens(touch, closed, thrown, decided.modes)
         return x, replace(decided, hits=frozenset(hits)), begins
 
     def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
@@ -489,15 +489,15 @@ class ContactMotion:
                 result.add(n)
         return result
 
-    def _opens(self, touch: ContactsAtState, closed: set[int], below: set[int], modes: Modes) -> None:
-        """Sets the `slack` of gaps that open although they are not positive, due to rounding or, `below`, as other contacts closed.
+    def _opens(self, touch: ContactsAtState, closed: set[int], thrown: set[int], modes: Modes) -> None:
+        """Sets the `slack` of gaps that open although they are not positive: at rest, or `thrown`, after impacts, by what they are.
 
         Raises
         ------
         SimulationError
             if a contact has opened and fallen so often, with a doubled slack each time, that the slack exceeds what counts as closed
         """
-        for n in closed | below:
+        for n in closed | thrown:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
             if mode is ContactMode.SEPARATED and n in closed:  # with zero gap rate
                 # the terms of a gap that is a single coordinate vanish when it is closed

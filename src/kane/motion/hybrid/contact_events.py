@@ -309,6 +309,11 @@ class After:
             least = self.tolerances[0] * FLAT
             self.slack[i] = of.largest(terms * ROUNDED, least) + 2.0 * of.absolute(gap)
             of.doubt(self.slack[i] > EQUAL * terms + least)
+        with w.few(of.k) as i:  # thrown off: its gap begins where the impact found it
+            parted = ~(self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)
+            took_part = (self.hit.get() > 0) & ((self.hits[i] > 0.0) | (self.modes[i] > SEPARATED))
+            with w.when(took_part & parted):
+                self.slack[i] = of.largest(-of.numbers[of.gaps + i], 0.0)
 
         with w.few(of.k) as i, w.when((self.hit.get() < 1) & (of.places[i * d] > -0.5)):  # falls back within rounding
             gap, v, terms = of.numbers[of.gaps + i], of.room[of.velocity + i * d], of.numbers[of.gap_terms + i]
