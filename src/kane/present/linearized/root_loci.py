@@ -18,10 +18,10 @@ _INKS = Inks(SERIES[0], FAINT, INK, SERIES[1], SERIES[0], INK)
 
 def root_loci(branch: Branch) -> Section:
     """Eigenvalues against the varied value and in the complex plane, crossings of the imaginary axis, turning points."""
-    return Section("loci", tr("Root loci"), tuple(_parts(branch)), tuple(_plots(branch)))
+    return Section("loci", tr("Root loci"), tuple(_along_branch(branch)), tuple(_branch_plots(branch)))
 
 
-def _parts(branch: Branch) -> Iterator[Part]:
+def _along_branch(branch: Branch) -> Iterator[Part]:
     symbol, unit = symbol_latex(branch.symbol), unit_text(branch.symbol.unit)
     begin, *turns, end = (
         f"{x:.5g} {unit}".rstrip() for x in (branch.values[0], *branch.turning_points, branch.values[-1])
@@ -53,7 +53,7 @@ def _change(crossing: Crossing) -> str:
     return tr("a mode grows without swinging") if crossing.grows else tr("a mode decays without swinging")
 
 
-def _plots(branch: Branch) -> Iterator[Plot]:
+def _branch_plots(branch: Branch) -> Iterator[Plot]:
     values, roots, _ = through_meetings(branch.values, branch.eigenvalues)
     figure, (above, below) = panels(2, 1.7, sharex=True)
     against(above, branch, values, roots.real, "Re λ [1/s]", _INKS)
