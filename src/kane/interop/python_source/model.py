@@ -15,8 +15,7 @@ from kane.equations.state import Guess
 from kane.errors import ModelError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
-from kane.interop.python_source.constraints import Group, groups
-from kane.interop.python_source.contacts import Made, OfSpeed, law_call, new_points, place_call
+from kane.interop.python_source.contacts import Group, Made, OfSpeed, groups, law_call, new_points, place_call
 from kane.interop.python_source.expressions import (
     INDENT,
     Expressions,

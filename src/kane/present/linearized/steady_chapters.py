@@ -232,6 +232,6 @@ def sections(eom: Equations, linearization: Linear | None, root_locus: Branch | 
     if linearization is not None:
         yield from (made(eom, linearization) for made in (operating_point, state_space, eigenvalues))
     if root_locus is not None:
-        from kane.present.linearized.root_loci import root_loci
+        from kane.present.linearized.branch_figures import root_loci
 
         yield root_loci(root_locus)
