@@ -14,8 +14,8 @@ from kane.cli.convert import convert
 from kane.cli.derive import cache_app, derive, emit
 from kane.cli.manual import Command, Guarded, welcome
 from kane.cli.models import AsJson, new
-from kane.cli.simulate import animate, report, simulate
-from kane.cli.sketch import sketch
+from kane.cli.pictures import animate, report, sketch
+from kane.cli.simulate import simulate
 from kane.cli.sweep import sweep
 from kane.gallery import GALLERY, load
 from kane.lazy_imports import offered

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane simulate`: a motion from START with changes by options, as numbers, table or drawing; `kane report`: with its derivation."""
+"""`kane simulate`: a motion from START with changes by options, as numbers, table or drawing."""
 
 import csv
 import math
@@ -15,11 +15,10 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived, inputs_at
-from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Out, Parameters, Q, States, U, model_of
+from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, user_code
-from kane.cli.steady import steady_chapters
 from kane.dynamics.poles import KinematicsEnd
-from kane.errors import ArgumentError, ModelError, ValueMissingError, alike
+from kane.errors import ModelError, ValueMissingError, alike
 from kane.present.check_figures import energy_check
 from kane.progress import check_whole, working
 
@@ -239,95 +238,3 @@ def _write(place: Path, sol: kn.Solution) -> None:
         out = csv.writer(file)
         out.writerow(["t", *(s.name for s in symbols), "E"])
         out.writerows([repr(float(v)) for v in row] for row in zip(*columns, strict=True))
-
-
-def animate(
-    name: Name,
-    out: Out = None,
-    t1: End = None,
-    q: Q = None,
-    u: U = None,
-    parameter: Parameters = None,
-    input: Inputs = None,
-    state: States = None,
-    force: Force = False,
-) -> None:
-    """Write a motion of MODEL to look at: a page (.html), glTF (.glb), or pictures (.gif, .webp, .png, .mp4), as --out ends."""
-    from kane.present.animation import FORMATS
-    from kane.present.animation import animate as animated  # matplotlib and jinja2 only here
-
-    screen.ending(out, FORMATS)
-    model = model_of(name)
-    place = screen.target(out or Path(f"{model.name}_motion.html"), model.path, force)
-    eom = derived(model)
-    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
-    sol = motion(model, eom, begin, t1)
-    with working("Drawing"):
-        screen.put(place, animated(sol, shapes=model.shapes).write, force)
-    screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
-    typer.echo(f"Animation: {place}")
-    if sol.status == "stopped":
-        raise typer.Exit(1)
-
-
-def report(
-    name: Name,
-    out: Out = None,
-    form: Annotated[
-        str | None,
-        typer.Option("--format", help="html, latex or markdown.", show_default="by the ending of --out, else html"),
-    ] = None,
-    language: Annotated[str, typer.Option("--language", help="en or ko.")] = "en",
-    linearization: Annotated[
-        bool,
-        typer.Option(
-            "--linearization", help="Add a chapter on the equilibrium or steady motion near START, linearized."
-        ),
-    ] = False,
-    root_locus: Annotated[
-        str | None,
-        typer.Option(
-            "--root-locus",
-            metavar="NAME=LOW:HIGH",
-            help="Add a chapter on the eigenvalues over a range of a value.",
-            show_default=False,
-        ),
-    ] = None,
-    t1: End = None,
-    q: Q = None,
-    u: U = None,
-    parameter: Parameters = None,
-    input: Inputs = None,
-    state: States = None,
-    force: Force = False,
-) -> None:
-    """Write the derivation of MODEL, and a motion where START is known, as --out ends: HTML, LaTeX (.tex), Markdown (.md)."""
-    from kane.present.report import FORMATS, document, format_of, spoken_in  # jinja2 only here
-
-    model = model_of(name)
-    try:
-        known = format_of(out or Path(), form)
-        spoken_in(known, language)
-    except ArgumentError as error:
-        raise Misuse(str(error)) from error
-    place = screen.target(out or Path(f"{model.name}{FORMATS[known].endings[0]}"), model.path, force)
-    eom = derived(model)
-    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
-    asked = t1 is not None or any((q, u, parameter, input, state))
-    sol = None if begin.missing and not asked else motion(model, eom, begin, t1)
-    if sol is None:
-        screen.say(f"The report has no motion: START does not give {' '.join(begin.missing)}.", err=True)
-    checks = [energy_check(sol)] if sol is not None else []
-    told = {"title": model.title, "sources": model.sources, "checks": checks, "shapes": model.shapes}
-    told |= steady_chapters(eom, begin, model.span[0], linearization, root_locus)
-    written = document(eom, place, known, language=language, solution=sol, **told)
-    figures = {screen.target(place.with_name(n), model.path, force): save for n, save in written.beside.items()}
-    for path, save in figures.items():
-        screen.put(path, save, force)
-    screen.put(place, written.text, force)
-    if sol is not None:
-        screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
-        screen.say(str(checks[0]))
-    typer.echo(f"Report: {place}")
-    if sol is not None and (sol.status == "stopped" or not checks[0].passed):
-        raise typer.Exit(1)

@@ -17,9 +17,7 @@ from kane.equations.compiled import ON_DEMAND, ROUTINES
 from kane.equations.compiled import program as program_of
 from kane.errors import ArgumentError
 from kane.expr.ops import GONE
-from kane.interop.native_jax import native as native_of_jax
-from kane.interop.native_routines import Evaluate, of_arrays
-from kane.interop.native_torch import native as native_of_torch
+from kane.interop.native_routines import Evaluate, native_of_jax, native_of_torch, of_arrays
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import named_values
 from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values

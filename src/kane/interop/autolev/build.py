@@ -1,28 +1,201 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a sheet to a system: bodies, loads, speeds, constraints and default values."""
+"""From a sheet to a system: auxiliary speeds, kinematical equations, bodies, loads, speeds, constraints and default values."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
+
+import numpy as np
 
 from kane.equations.equations import derive
 from kane.equations.state import State
 from kane.errors import KaneError, ModelError
+from kane.expr.differentiation import affine_forms, diff
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Reaction, Speed, StateVariable, Symbol, rate
-from kane.interop.autolev.auxiliary import Evidence, evidence
-from kane.interop.autolev.model import LastForm, agree, no_accelerations, replacing, speeds_in
+from kane.expr.matrix import solve_linear
+from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Reaction, Speed, StateVariable, Symbol, rate
+from kane.interop.autolev.model import LastForm, agree, no_accelerations, replacing, speeds_in, undefined
 from kane.interop.autolev.sheet import Sheet
-from kane.interop.autolev.space import Space
-from kane.interop.autolev.speeds import TurnedRates, kinematics
+from kane.interop.autolev.space import RateRow, Space
 from kane.interop.autolev.values import Vec
+from kane.interop.driven import independent_rows
 from kane.interop.imported import Imported, size_of
 from kane.model.bodies import Particle, RigidBody
-from kane.model.constraints import Constraint, motion_constraint
+from kane.model.constraints import Constraint, auxiliary_speed, motion_constraint, reaction
 from kane.model.loads import Force, Gravity, Load, Torque, gravity
 from kane.model.system import System
+from kane.numeric.sampling import SEEDS, sample
 from kane.space.vector import Dyadic, Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnedRates:
+    """Definitions of speeds; speeds that vanish, as constraints; and the rates of coordinates that are further states instead."""
+
+    speeds: dict[Speed, Expr]
+    vanishing: dict[Speed, Expr]
+    states: dict[Coordinate, Expr]
+
+
+def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: Iterable[Expr]) -> TurnedRates:
+    """The inverse of the kinematical equations; `moving` are the expressions in positions and orientations of the model.
+
+    Of the rows rate = W u + X a maximal set that is independent at random states is solved for the speeds, short rows first. The
+    others become motion constraints, unless they are identities. A speed that no row determines gets an additional coordinate, its
+    integral.
+    """
+    held = set(free_symbols(moving))
+    grouped = {e for group in space.groups for e in group}
+    named = [q for q in names.coordinates() if q not in grouped and rate(q) in names.kinematic]
+    own = [_row(q, names, speeds) for q in named]
+    placed = [(q, r) for q, r in zip(named, own, strict=True) if q in held]
+    loose = [(q, r) for q, r in zip(named, own, strict=True) if q not in held]
+    for q, row in placed:
+        if row is None:
+            raise ModelError(
+                f"Expected the rate of {q} as an affine function of speeds, got {names.kinematic[rate(q)]}."
+            )
+    rows = [*(r for _, r in placed if r is not None), *space.rows]
+    chosen = _independent(rows, speeds, space)
+    states: dict[Coordinate, Expr] = {}
+    for q, row in loose:
+        more = None if row is None or len(chosen) == len(speeds) else _independent([*rows, row], speeds, space)
+        if row is not None and more is not None and len(more) > len(chosen):
+            rows, chosen = [*rows, row], more
+        else:
+            states[q] = names.kinematic[rate(q)]
+    for u in speeds:
+        if len(chosen) == len(speeds):
+            break
+        q = Coordinate.declare(f"{u.name}_integral", None, "", "")
+        more = _independent([*rows, RateRow(rate(q), u)], speeds, space)
+        if len(more) > len(chosen):
+            rows, chosen = [*rows, RateRow(rate(q), u)], more
+            space.sheet.remarks.say("inferred", f"{u.name} is the rate of no coordinate of the file: one is added")
+    return _turned(
+        [rows[k] for k in chosen], [r for k, r in enumerate(rows) if k not in set(chosen)], speeds, states, space
+    )
+
+
+def _row(q: Coordinate, names: LastForm, speeds: Sequence[Speed]) -> RateRow | None:
+    """The kinematical equation of a coordinate, or None if it is not affine in the speeds."""
+    value = names.final(names.kinematic[rate(q)])
+    try:
+        affine_forms([value], speeds)
+    except KaneError:
+        return None
+    return RateRow(rate(q), value)
+
+
+def _independent(rows: Sequence[RateRow], speeds: Sequence[Speed], space: Space) -> list[int]:
+    """The indices of a maximal set of independent rows, with a preference for few and constant coefficients."""
+    if not rows or not speeds:
+        return []
+    forms = [form for form, _ in affine_forms([r.value for r in rows], speeds)]
+    weight = [sum(1 if constant_value(c) is not None else 10 for c in form.values()) for form in forms]
+    flat = [form.get(u, ZERO) for form in forms for u in speeds]
+    matrix = np.array(sample(map(undefined, flat), SEEDS[0], space.groups), dtype=float).reshape(
+        len(rows), len(speeds), 1
+    )
+    order = sorted(range(len(rows)), key=weight.__getitem__)
+    return sorted(order[k] for k in independent_rows(matrix[order]))
+
+
+def _turned(
+    rows: Sequence[RateRow],
+    rest: Sequence[RateRow],
+    speeds: Sequence[Speed],
+    states: dict[Coordinate, Expr],
+    space: Space,
+) -> TurnedRates:
+    forms = affine_forms([r.value for r in rows], speeds)
+    matrix = [[form.get(u, ZERO) for u in speeds] for form, _ in forms]
+    right = [r.rates - x for r, (_, x) in zip(rows, forms, strict=True)]
+    definitions = dict(zip(speeds, solve_linear(matrix, right), strict=True))
+    replace = replacing(definitions)
+    left = {Speed.declare(f"slip_{k}", None, "", ""): r.rates - replace(r.value) for k, r in enumerate(rest, 1)}
+    return TurnedRates(definitions, left, states)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """Auxiliary speeds, unknown forces, and the replacement of the file's names of these forces by reactions."""
+
+    speeds: tuple[AuxiliarySpeed, ...] = ()
+    reactions: tuple[Reaction, ...] = ()
+    change: Callable[[Expr], Expr] | None = None
+
+    def load(self, v: Vector) -> Vector:
+        """A load in which reactions replace the names of unknown forces."""
+        return v.map(self.change) if self.change else v
+
+
+def evidence(sheet: Sheet, names: LastForm, space: Space) -> Evidence:
+    """Auxiliary speeds and reactions (Kane & Levinson 1985, sec. 4.9); ModelError unless they are as many."""
+    if not sheet.auxiliary:
+        return Evidence()
+    unknown = _unknown(sheet, names)
+    if len(unknown) != len(sheet.auxiliary):
+        raise ModelError(
+            f"Expected as many unknown forces in loads as auxiliary speeds, {len(sheet.auxiliary)}, got "
+            f"{', '.join(s.name for s in unknown) or 'none'}. Name them in Kane(…)."
+        )
+    reactions = {s: reaction(s.name) for s in unknown}
+    speeds = tuple(_cut(u, sheet, names, space) for u in sheet.auxiliary)
+    return Evidence(speeds, tuple(reactions.values()), replacing(reactions))
+
+
+def _unknown(sheet: Sheet, names: LastForm) -> list[Input]:
+    """Variables without a value in loads: those named in Kane(…), or all if none is named there."""
+    loads = [x for _, v, _ in (*sheet.forces, *sheet.torques) for x in names.vector(v).parts.values()]
+    free = [s for s in free_symbols(loads) if isinstance(s, Input) and s.name.lower() not in sheet.given]
+    told = [s for s in free if s.name.lower() in sheet.unknown]
+    return told or free
+
+
+def _cut(u: Speed, sheet: Sheet, names: LastForm, space: Space) -> AuxiliarySpeed:
+    """An auxiliary speed, at the point or frame nearest to the inertial frame whose velocity contains it."""
+    n = sheet.inertial
+    for name in filter(space.turning.__contains__, space.frames):  # in the order from the inertial one outwards
+        part = _partial(u, sheet.spin(name, n), names)
+        if part.parts:
+            return auxiliary_speed(u.name, frame=space.turning[name], along=_unit(u, part, space))
+    partials = {p: _partial(u, v, names) for (p, f), v in sheet.velocities.items() if f == n and p in space.points}
+    moved = [p for p, v in partials.items() if v.parts]
+    if not moved:
+        raise ModelError(f"Expected velocities that hold the auxiliary speed {u.name}, got none that the model needs.")
+    first = min(moved, key=lambda p: len(space.points[p].ancestry()))
+    _check(u, first, partials, space)
+    return auxiliary_speed(u.name, at=space.points[first], along=_unit(u, partials[first], space))
+
+
+def _partial(u: Speed, v: Vec, names: LastForm) -> Vec:
+    return v.map(lambda x: names.final(diff(names.with_auxiliary(x), u)))
+
+
+def _unit(u: Speed, v: Vec, space: Space) -> Vector:
+    direction = space.vector(v)
+    if not agree([direction.dot(direction)], [ONE], space.groups):
+        raise ModelError(
+            f"Expected a unit vector as the partial velocity for the auxiliary speed {u.name}, got {direction}."
+        )
+    return direction
+
+
+def _check(u: Speed, first: str, partials: dict[str, Vec], space: Space) -> None:
+    """Raises unless exactly the points placed from `first` have this partial velocity."""
+    root = space.points[first]
+    for p, v in partials.items():
+        expected = partials[first] if root in space.points[p].ancestry() else Vec()
+        mine, told = space.vector(expected), space.vector(v)
+        if not agree(mine.components(space.root), told.components(space.root), space.groups):
+            raise ModelError(
+                f"Expected the auxiliary speed {u.name} in the velocities of {first} and of all points that are placed from it, got "
+                f"another one in that of {p}. Place {p} from {first}, or from another point."
+            )
+
 
 Body = RigidBody | Particle
 

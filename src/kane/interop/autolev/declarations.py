@@ -13,8 +13,7 @@ from typing import Any
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.evaluate import FileReading, quantity
-from kane.interop.autolev.grammar import Line, tokens
-from kane.interop.autolev.ranges import names_of
+from kane.interop.autolev.grammar import Line, names_of, tokens
 from kane.interop.autolev.sheet import Sheet
 
 _PLACING = re.compile(r"(?i)simprot|dircos|[pr]_\w+>\s*=|\w+\.(rotate|setrotationmatrix\s*\(|translate|setposition)")

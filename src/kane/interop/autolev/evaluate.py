@@ -7,8 +7,7 @@ from typing import Any
 from kane.errors import ModelError, alike
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Coordinate, Speed, rate, time
-from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.ranges import names_of
+from kane.interop.autolev.grammar import Line, names_of
 from kane.interop.autolev.sheet import Sheet, splits
 from kane.interop.autolev.units import factor_of
 from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec

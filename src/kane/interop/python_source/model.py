@@ -15,12 +15,20 @@ from kane.equations.state import Guess
 from kane.errors import ModelError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
-from kane.interop.python_source.constraints import Group, groups
-from kane.interop.python_source.contacts import Made, OfSpeed, law_call, new_points, place_call
-from kane.interop.python_source.expressions import Expressions, ObjectNames, literal, same, shared_among
-from kane.interop.python_source.joints import joint_call
-from kane.interop.python_source.layout import INDENT, call, folded, listed, wrapped
-from kane.interop.python_source.makers import friction_call, pair_of, solid_call
+from kane.interop.python_source.contacts import Group, Made, OfSpeed, groups, law_call, new_points, place_call
+from kane.interop.python_source.expressions import (
+    INDENT,
+    Expressions,
+    ObjectNames,
+    call,
+    folded,
+    listed,
+    literal,
+    same,
+    shared_among,
+    wrapped,
+)
+from kane.interop.python_source.makers import friction_call, joint_call, pair_of, solid_call
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import Constraint, Cut
 from kane.model.contacts import ContactLaw

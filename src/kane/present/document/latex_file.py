@@ -1,20 +1,157 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A report as one LaTeX file, with its figures beside it as PDF."""
+"""A report as one LaTeX file, in ASCII for pdflatex with its default fonts, with its figures beside it as PDF."""
 
 import re
-from collections.abc import Callable
+import unicodedata
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from typing import Any
 
 from kane.errors import ArgumentError
 from kane.present.content import Content
-from kane.present.document.latex_text import math_latex, prose, text_latex
 from kane.present.document.line_breaks import broken_lines, em_width
-from kane.present.document.noted import parts_of
 from kane.present.document.pictures import ReportPicture, beside, file_name
-from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, MarkdownText, Words, pieces
+from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, MarkdownText, Piece, Words, cell_of, pieces
+from kane.present.notes import parser
 from kane.present.overview import Cell, PageTable, Tex
-from kane.present.pages import Document, environment, segments
+from kane.present.pages import Document, environment, plain, segments
+
+_SPECIAL = {c: "\\" + c for c in "#$%&{}_"} | {
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": "$<$", ">": "$>$", "|": "$|$", '"': "''",
+}  # fmt: skip
+_SIGNS = {
+    "−": "-", "×": r"\times ", "÷": r"\div ", "√": r"\surd ", "≤": r"\le ", "≥": r"\ge ", "≠": r"\ne ", "→": r"\to ", "∫": r"\int ",
+    "·": r"\cdot ", "⋅": r"\cdot ", "°": r"^{\circ}", "∂": r"\partial ", "∞": r"\infty ", "≈": r"\approx ", "±": r"\pm ", "∈": r"\in ",
+    "○": r"\circ ",
+    "●": r"\bullet ", "•": r"\bullet ", "′": "'", "∑": r"\sum ", "∆": r"\Delta ", "↦": r"\mapsto ", "‖": r"\| ",
+}  # fmt: skip
+"""Commands in formulas."""
+_WRITTEN = {
+    "–": "--", "—": "---", "…": r"\dots{}", "‘": "`", "’": "'", "“": "``", "”": "''", "„": ",,", "\u00a0": "~", "ß": r"\ss{}",
+    "æ": r"\ae{}", "Æ": r"\AE{}", "ø": r"\o{}", "Ø": r"\O{}", "å": r"\aa{}", "Å": r"\AA{}", "ł": r"\l{}", "Ł": r"\L{}", "œ": r"\oe{}",
+    "§": r"\S{}", "ı": r"\i{}", "\u200b": "",
+}  # fmt: skip
+"""Commands in text."""
+_ACCENTS = {
+    "\u0300": "`", "\u0301": "'", "\u0302": "^", "\u0303": "~", "\u0304": "=", "\u0306": "u", "\u0307": ".",
+    "\u0308": '"', "\u030a": "r", "\u030b": "H", "\u030c": "v", "\u0327": "c",
+}  # fmt: skip
+_RAISED = {"<super>": "^", "<sub>": "_"}
+_CAPITALS = {"Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega"}
+_BEYOND = re.compile(r"[^\x00-\x7f]")
+
+
+def text_latex(plain: str) -> str:
+    """Plain text as LaTeX."""
+    letters: list[str] = []
+    for c in _marked(plain):
+        if c in _ACCENTS and letters:
+            letters.append(rf"\{_ACCENTS[c]}{{{letters.pop()}}}")
+        else:
+            letters.append(_SPECIAL.get(c) or _WRITTEN.get(c) or (c if c < "\x7f" else _written(c)))
+    return "".join(letters).replace("$$", "")
+
+
+def prose(sentence: str) -> str:
+    """Text with formulas between dollar signs as LaTeX."""
+    return "".join(f"${math_latex(piece)}$" if formula else text_latex(piece) for formula, piece in segments(sentence))
+
+
+def math_latex(latex: str) -> str:
+    """A formula as LaTeX in ASCII."""
+    return _BEYOND.sub(lambda m: _sign(m[0]) or rf"\text{{{text_latex(m[0])}}}", latex)
+
+
+def _marked(plain: str) -> str:
+    """Text with accents separated from their letters, except letters with their own command."""
+    return "".join(c if c in _WRITTEN else unicodedata.normalize("NFD", c) for c in plain)
+
+
+def _written(c: str) -> str:
+    sign = _sign(c)
+    plain = unicodedata.normalize("NFKD", c).replace("\u2044", "/").encode("ascii", "ignore").decode()
+    return f"${sign}$" if sign else plain or f"[U+{ord(c):04X}]"
+
+
+def _sign(c: str) -> str:
+    """LaTeX of a sign, a Greek letter, a superscript or subscript character; "" for others."""
+    if c in _SIGNS:
+        return _SIGNS[c]
+    kind, _, code = unicodedata.decomposition(c).partition(" ")
+    if kind in _RAISED:
+        return f"{_RAISED[kind]}{{{math_latex(''.join(chr(int(x, 16)) for x in code.split()))}}}"
+    greek = re.fullmatch(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(c, ""))
+    if greek is None:
+        return ""
+    name = greek[2].lower().replace("lamda", "lambda")
+    if greek[1] == "CAPITAL":
+        return rf"\{name.title()} " if name.title() in _CAPITALS else rf"\mathrm{{{name[0].upper()}}}"
+    return "o" if name == "omicron" else r"\varsigma " if name == "final" else rf"\{name} "
+
+
+def parts_of(note: MarkdownText) -> Iterator[Piece]:
+    """The pieces of a note."""
+    points: list[str] = []
+    rows: list[list[str]] = []
+    heading = 0
+    for token in parser().parse(note.text):
+        kind, inner = token.type, token.children or []
+        if kind == "heading_open":
+            heading = int(token.tag[1]) - 1  # the parser has lowered it below that of the section
+        elif kind in ("bullet_list_open", "ordered_list_open"):
+            points.append("1" if kind.startswith("ordered") else "•")
+        elif kind in ("bullet_list_close", "ordered_list_close"):
+            points.pop()
+        elif kind == "tr_open":
+            rows.append([])
+        elif kind == "table_close":
+            head, *others = rows
+            yield PageTable("", tuple(head), tuple(tuple(map(cell_of, row)) for row in others))
+            rows = []
+        elif kind in ("fence", "code_block"):
+            yield from (Words(plain(line)) for line in token.content.splitlines())
+        elif kind == "inline" and rows:
+            rows[-1].append(_sentence(inner))
+        elif kind == "inline" and heading:
+            yield Heading(heading, _sentence(inner))
+            heading = 0
+        elif kind == "inline":
+            yield from _paragraph(inner, _point(points))
+
+
+def _point(points: list[str]) -> str:
+    """The bullet or the next number of a list item."""
+    if not points or points[-1] == "•":
+        return "• " if points else ""
+    number = int(points[-1])
+    points[-1] = str(number + 1)
+    return f"{number}. "
+
+
+def _paragraph(tokens: Sequence[Any], begin: str) -> Iterator[Piece]:
+    """Sentences, with displayed formulas between them."""
+    told: list[Any] = []
+    for token in tokens:
+        if token.type == "math" and token.markup == "$$":
+            if _sentence(told).strip():
+                yield Words(begin + _sentence(told).strip())
+            yield Formulas(((token.content,),))
+            told, begin = [], ""
+        else:
+            told.append(token)
+    if _sentence(told).strip():
+        yield Words(begin + _sentence(told).strip())
+
+
+def _sentence(tokens: Sequence[Any]) -> str:
+    parts = []
+    for token in tokens:
+        if token.type == "math":
+            parts.append(f"${token.content}$")
+        else:
+            parts.append(" " if token.type in ("softbreak", "hardbreak") else plain(token.content))
+    return "".join(parts)
+
 
 _ENDING = ".pdf"
 _SURE = 0.93

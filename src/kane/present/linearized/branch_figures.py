@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of eigenvalues along a branch of steady motions or limit cycles: root loci and Campbell diagrams."""
+"""Figures of eigenvalues along a branch of steady motions or limit cycles, and the chapter on root loci."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,15 +11,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kane.analysis.solution_branches import Branch
+from kane.analysis.solution_branches import Branch, Crossing
 from kane.errors import SimulationError
 from kane.motion.cycles.branch import CycleBranch
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
 from kane.present.figure import Picture, file_path, saved
-from kane.present.motion_plots import COLOURS, label_of
+from kane.present.languages.catalogue import tr
+from kane.present.linearized.chapter import Part, Section, number
+from kane.present.motion_plots import COLOURS, FAINT, INK, SERIES, Plot, label_of, panels
+from kane.present.overview import PageTable, Tex
 from kane.present.plotted.lines import look
 from kane.units.rules import unit_text
+from kane.write.latex import symbol_latex
 
 _ENDS = np.array([0.0, 1.0])
 _POINTS = 12
@@ -235,3 +239,63 @@ def _name(axes: Any, k: float, far: float, top: float) -> None:
     axes.annotate(
         f"{k:g} Ω", place, textcoords="offset points", fontsize=8, color="0.4", annotation_clip=False, **aside
     )
+
+
+_PAGE = Inks(SERIES[0], FAINT, INK, SERIES[1], SERIES[0], INK)
+"""Placeholders for the colours of a page."""
+
+
+def root_loci(branch: Branch) -> Section:
+    """Eigenvalues against the varied value and in the complex plane, crossings of the imaginary axis, turning points."""
+    return Section("loci", tr("Root loci"), tuple(_along_branch(branch)), tuple(_branch_plots(branch)))
+
+
+def _along_branch(branch: Branch) -> Iterator[Part]:
+    symbol, unit = symbol_latex(branch.symbol), unit_text(branch.symbol.unit)
+    begin, *turns, end = (
+        f"{x:.5g} {unit}".rstrip() for x in (branch.values[0], *branch.turning_points, branch.values[-1])
+    )
+    yield tr(
+        "Eigenvalues of %(n)s steady motions as $%(symbol)s$ goes from %(begin)s to %(end)s.",
+        n=len(branch), symbol=symbol, begin=begin, end=end,
+    )  # fmt: skip
+    if turns:
+        yield tr("The branch turns back at $%(symbol)s$ = %(values)s.", symbol=symbol, values=", ".join(turns))
+    if branch.crossings:
+        rows = ((Tex(number(c.value, 7)), Tex(_crossed(c)), _change(c)) for c in branch.crossings)
+        head = (f"${symbol}$" + (f" ({unit})" if unit else ""), r"$\lambda$ (1/s)", tr("from there on"))
+        yield PageTable(tr("Where the stability changes"), head, tuple(rows))
+    else:
+        yield tr("No mode changes between growth and decay in this range.")
+
+
+def _crossed(crossing: Crossing) -> str:
+    real, imaginary = crossing.eigenvalue.real, abs(crossing.eigenvalue.imag)
+    return (number(real) if real or not imaginary else "") + (
+        rf" \pm {number(imaginary)}\,\mathrm{{i}}" if imaginary else ""
+    )
+
+
+def _change(crossing: Crossing) -> str:
+    if crossing.eigenvalue.imag:
+        return tr("a swinging mode grows") if crossing.grows else tr("a swinging mode decays")
+    return tr("a mode grows without swinging") if crossing.grows else tr("a mode decays without swinging")
+
+
+def _branch_plots(branch: Branch) -> Iterator[Plot]:
+    values, roots, _ = through_meetings(branch.values, branch.eigenvalues)
+    figure, (above, below) = panels(2, 1.7, sharex=True)
+    against(above, branch, values, roots.real, "Re λ [1/s]", _PAGE)
+    against(below, branch, values, roots.imag, "Im λ [1/s]", _PAGE)
+    grow(above, values, roots, _PAGE)
+    below.set_xlabel(label_along(branch))
+    title = tr("Eigenvalues over the value")
+    yield Plot(
+        "loci",
+        title,
+        tr("Real parts above zero are drawn twice as thick: there a mode grows. Dashed: turning points."),
+        figure,
+    )
+    figure, (whole,) = panels(1, 3.4)
+    plane(whole, branch, roots, _PAGE)
+    yield Plot("plane", tr("In the complex plane"), tr("Start ○, end ●."), figure)

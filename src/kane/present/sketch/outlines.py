@@ -11,7 +11,7 @@ import numpy as np
 from kane.errors import ModelError
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed
-from kane.present.viewer.mesh_files import vertices_of
+from kane.present.viewer.meshes import vertices_of
 
 _ROUND = np.linspace(0.0, 2 * np.pi, 49)
 _HALF = np.linspace(-np.pi / 2, np.pi / 2, 25)

@@ -12,8 +12,7 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed
 from kane.present.sketch.camera import View
-from kane.present.sketch.labels import Label
-from kane.present.sketch.text_runs import Span
+from kane.present.sketch.labels import Label, Span
 
 GROUND, BODY, LOAD, REFERENCE, MOVE, FORCE, AXES, POINT = range(8)
 """Layers, the lowest first."""

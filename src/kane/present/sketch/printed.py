@@ -17,10 +17,9 @@ from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
 from kane.numeric.arrays import Array
-from kane.present.sketch.labels import LEADER, Label
+from kane.present.sketch.labels import LEADER, SMALL, Label, Span
 from kane.present.sketch.paper import Stroke
 from kane.present.sketch.svg import LIGHT, SHIFT, TEXT, leader, looks, shapes_of
-from kane.present.sketch.text_runs import SMALL, Span
 
 _INCH = 96.0
 """Pixels per inch, as in a browser."""

@@ -10,9 +10,9 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
 from kane.present.sketch.camera import unit
+from kane.present.sketch.labels import Span, point_name, product, series, spans, unit_vector
 from kane.present.sketch.outlines import within
 from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, ring, spaced
-from kane.present.sketch.text_runs import Span, point_name, product, series, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
 _ARC, _MORE = 40.0, 14.0

@@ -10,9 +10,8 @@ from html import escape
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.present.sketch.labels import LEADER, Label
+from kane.present.sketch.labels import LEADER, SMALL, Label, Span
 from kane.present.sketch.paper import Paper, Stroke
-from kane.present.sketch.text_runs import SMALL, Span
 
 LIGHT = {
     "card": "#ffffff", "ink": "#1b1d21", "body": "#dbe7f4", "shade": "#c3d5ea", "dark": "#aec5e0", "floor": "#eef0ea",

@@ -14,10 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from kane.numeric.arrays import Array
-from kane.present.viewer.axes import towards
 from kane.present.viewer.page import PosedMotion
-from kane.present.viewer.parts import DrawnModel, colour_of
-from kane.present.viewer.places import transforms
+from kane.present.viewer.parts import DrawnModel, colour_of, towards, transforms
 
 _FLOAT, _UINT = 5126, 5125
 _VERTICES, _INDICES = 34962, 34963

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The parts of a drawn scene: meshes, and how the numbers of a pose place them.
+"""The parts of a drawn scene: meshes, and how the numbers of a pose place them along the inertial axes.
 
 A part is *rigid* (a mesh at a position, along axes, scaled by lengths), *between* two positions (a mesh from 0 to 1 along z), or
 placed by three of its *corners*. The thickness of lines is proportional to the scene's size.
@@ -18,9 +18,7 @@ from scipy.spatial import ConvexHull
 from kane.numeric.arrays import Array
 from kane.numeric.scale import DECLARED
 from kane.present.scene.records import Item, Posed, Scene
-from kane.present.viewer.axes import axes_of
-from kane.present.viewer.mesh_files import read
-from kane.present.viewer.meshes import SIZED, THICK, UNIT, Mesh, flat
+from kane.present.viewer.meshes import SIZED, THICK, UNIT, Mesh, flat, read
 
 THIN = 0.016
 """Radius of a link, relative to the scene's size."""
@@ -284,3 +282,59 @@ _PARTS: dict[str, Callable[[Item, _PartBuilder], Iterator[DrawnPart]]] = {
     "plane": _plane,
 }
 """The builder of each kind of item."""
+
+
+def towards(way: Array) -> Array:
+    """Rotations with the third column along `way` (… × 3), and the first as near as possible to the first axis, or to the second."""
+    size = np.linalg.norm(way, axis=-1, keepdims=True)
+    z = np.divide(way, size, out=np.zeros_like(way) + np.array([0.0, 0.0, 1.0]), where=size > 0)
+    near = np.where(np.abs(z[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    x = near - z * np.sum(near * z, axis=-1, keepdims=True)
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def axes_of(a: Array, b: Array, c: Array) -> Array:
+    """Rotations from three points (… × 3) that are not collinear: the first column from a to b, the third normal to their plane."""
+    x = b - a
+    z = np.cross(x, c - a)
+    x, z = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (x, z))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def transforms(model: DrawnModel, poses: Posed) -> Array:
+    """The affine maps from meshes to the scene (instants × parts × 3 × 4): three columns of the matrix, then the translation.
+
+    rigid     x ↦ p + R diag(s) x
+    between   x ↦ p + Q diag(w, w, |q − p|) x,    Q e₃ = (q − p)/|q − p|
+    corners   x ↦ p + A x,                        A the axes of three points of the body
+    """
+    positions, count = poses.positions, len(poses.positions)
+    out = np.zeros((count, len(model.parts), 3, 4))
+    for k, part in enumerate(model.parts):
+        scale = np.stack([_length(x, poses.scalars) for x in part.scale], axis=-1)
+        start = positions[:, part.at]
+        if part.kind == "between":
+            way = positions[:, part.to] - start
+            size = np.linalg.norm(way, axis=-1)
+            turned = towards(way)
+            scale = scale * np.stack([np.ones(count), np.ones(count), size], axis=-1)
+        elif part.kind == "corners":
+            turned = axes_of(*(positions[:, p] for p in part.points))
+        elif part.along >= 0:
+            turned = towards(poses.directions[:, part.along])
+        else:
+            turned = poses.rotations[:, part.axes] if part.axes >= 0 else np.broadcast_to(np.eye(3), (count, 3, 3))
+        out[:, k, :, :3] = turned * scale[:, None, :]
+        out[:, k, :, 3] = start
+    return out
+
+
+def _length(length: Length, scalars: Array) -> Array:
+    number, factor, root = length
+    if number < 0:
+        return np.full(len(scalars), factor)
+    value = scalars[:, number]
+    if root:  # semi-axes of the ellipsoid of inertia, not a number without mass
+        value = np.sqrt(np.where(np.isfinite(value), np.maximum(value, 0.0), 0.0))
+    return np.asarray(factor * value)

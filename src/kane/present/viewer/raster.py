@@ -19,11 +19,9 @@ from PIL.PngImagePlugin import PngInfo
 
 from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
-from kane.present.viewer.axes import towards
 from kane.present.viewer.meshes import unit_rows
 from kane.present.viewer.page import PosedMotion
-from kane.present.viewer.parts import DrawnModel, colour_of
-from kane.present.viewer.places import transforms
+from kane.present.viewer.parts import DrawnModel, colour_of, towards, transforms
 from kane.progress import far, working
 
 SIZE = (800, 480)
