@@ -283,12 +283,7 @@ def emit_kernel_lanes(kernel: Kernel, width: int, shared: Collection[str] = (), 
 
 
 def _kernel_text(
-    kernel: Kernel,
-    name: str,
-    calls: Calls,
-    cells: Sequence[tuple[str, str]],
-    rooms: Sequence[str],
-    body: Sequence[str],
+    kernel: Kernel, name: str, calls: Calls, cells: Sequence[tuple[str, str]], rooms: Sequence[str], body: Sequence[str]
 ) -> str:
     """The module of a kernel; `cells` are (name, LLVM type)."""
     arguments = ", ".join(
