@@ -36,8 +36,7 @@ def emit_casadi(program: Program, *, version: str = "") -> str:
     """The text of a module; each routine is a function of SX, DM or numbers."""
     file = file_of(program, _CASADI, ("SIZES", "DEFAULTS", "ROUTINES", "function", "out", "routine", "given"))
     hoist, *routines = file.functions
-    arguments = ", ".join(file.arguments)
-    first = file.first.name
+    arguments, first = file.arguments, file.first.name
     call = [
         f"Call: {first}({arguments}) with columns of SX or DM; function({first}) is",
         "      the casadi.Function of these arguments; DEFAULTS are the parameters. fmin and fmax pass no NaN on.",
@@ -54,7 +53,7 @@ def emit_casadi(program: Program, *, version: str = "") -> str:
         f"DEFAULTS = [{numbers_of(program, _CASADI)}]",
         "",
         "",
-        f"def {hoist.name}({', '.join(file.hoisted)}):",
+        f"def {hoist.name}({hoist.given}):",
         '    """What depends on parameters alone: the routines call it themselves."""',
         *hoist.lines,
         *hoist.listed("    "),
@@ -62,9 +61,9 @@ def emit_casadi(program: Program, *, version: str = "") -> str:
     ]
     for f in routines:
         parts += ["", "", f"def {f.name}({arguments}):", *_described(file, f)]
-        parts += [f"    h = {hoist.name}({', '.join(file.hoisted)})", *f.lines, *f.listed("    ")]
-        shape = program.routine(f.function.name).shape
-        whole = f"ca.reshape(ca.vertcat(*out), {shape[1]}, {shape[0]}).T" if len(shape) == 2 else "ca.vertcat(*out)"
+        parts += [f"    h = {f.hoisting}", *f.lines, *f.listed("    ")]
+        shape, whole = f.shape, "ca.vertcat(*out)"
+        whole = f"ca.reshape({whole}, {shape[1]}, {shape[0]}).T" if len(shape) == 2 else whole
         parts.append(f"    return {whole}")
     return "\n".join([*parts, _FUNCTION])
 
