@@ -3,8 +3,7 @@
 
 import json
 
-from kane.program.emit.identifiers import decimal
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import decimal, free_in
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as a Julia module, generic in the number type, so that it accepts the dual numbers of ForwardDiff."""
 
-from kane.program.emit.identifiers import decimal
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import decimal, free_in
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 

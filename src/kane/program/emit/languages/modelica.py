@@ -4,8 +4,7 @@
 Modelica has no NaN: an assertion or an error of the tool takes its place.
 """
 
-from kane.program.emit.identifiers import c_comment, decimal
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import c_comment, decimal, free_in
 from kane.program.emit.languages.straight import (
     GONE_TEXT,
     Emitted,

@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from kane.expr.ops import Op
-from kane.program.emit.identifiers import decimal, python_docstring
+from kane.program.emit.identifiers import decimal, free_in_module, python_docstring
 from kane.program.emit.languages.numpy import few, leading, python_module, python_table, shape_text, signature
-from kane.program.emit.languages.reserved import free_in_module
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head
 from kane.program.program import Port, Program
 

@@ -3,9 +3,8 @@
 
 import math
 
-from kane.program.emit.identifiers import decimal, python_comment, python_docstring
+from kane.program.emit.identifiers import decimal, free_in_module, python_comment, python_docstring
 from kane.program.emit.languages.numpy import few, shape_text
-from kane.program.emit.languages.reserved import free_in_module
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 

@@ -5,8 +5,7 @@ Mathematical functions, which `core` lacks, are those of the C library; sines an
 """
 
 from kane.expr.ops import COS, SIN
-from kane.program.emit.identifiers import c_comment, decimal, identifier, made_by
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import c_comment, decimal, free_in, identifier, made_by
 from kane.program.emit.languages.straight import (
     GONE_TEXT,
     Emitted,
