@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 from kane.errors import ProgramError
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
-from kane.program.emit.walk import shared, values_read
+from kane.program.emit.walk import LIBRARY, shared, values_read
 from kane.program.emit.wasm_module import (
     F64,
     I32,
@@ -35,8 +35,6 @@ from kane.program.emit.wasm_module import (
 from kane.program.kernel import language
 from kane.program.kernel.language import Immediate, Value
 
-LIBRARY = {OPS[n]: n for n in ("pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")}
-"""Operations that are calls of `Math`, whose last digits depend on the engine."""
 KINDS = {"float": F64, "int": I64, "bool": I32}
 """Value types by the kinds of values."""
 _PLAIN: Mapping[str, Mapping[Op | str, bytes]] = {

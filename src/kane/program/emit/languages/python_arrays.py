@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from kane.expr.ops import Op
-from kane.program.emit.identifiers import decimal, free_in_module, python_docstring
-from kane.program.emit.languages.numpy import few, leading, python_module, python_table, shape_text, signature
+from kane.program.emit.identifiers import decimal, free_in_module
+from kane.program.emit.languages.numpy import described, leading, python_module, python_table, signature
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head
 from kane.program.program import Port, Program
 
@@ -152,7 +152,7 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
             "",
             "",
             f"def {f.name}({signature(module)}):",
-            f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}",
+            described(routine),
             f"    h = {f.hoisting}",
             *(_converted(file, port, tables) for port in program.ports),
             f"    leading = {arrays.shapes}({shapes})",

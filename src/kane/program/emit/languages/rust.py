@@ -17,7 +17,7 @@ from kane.program.emit.languages.straight import (
     head,
     numbers_of,
 )
-from kane.program.emit.sincos import LIMIT, STEPS, constant
+from kane.program.emit.sincos import LIMIT, STEP_FORMS, STEPS, constant
 from kane.program.emit.walk import Style
 from kane.program.kernel import language
 from kane.program.program import Program
@@ -67,7 +67,6 @@ fn kane_sincos(x: f64) -> (f64, f64) {{
     let change = ((s_bits ^ c_bits) & mask) ^ ((n_bits & 2) << 62);
     (f64::from_bits(s_bits ^ change), f64::from_bits(c_bits ^ change ^ (odd << 63)))
 }}"""
-_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "({0} * {1}) + {2}"}
 
 
 def _operand(name: str) -> str:
@@ -148,7 +147,7 @@ def _helpers(used: set[str]) -> list[str]:
     if used & {"abs", "regular", "sincos"}:
         lines.append(_ABS)
     if "sincos" in used:
-        steps = "\n".join(f"    let {n}: f64 = {_STEP[form].format(*map(_operand, o))};" for n, form, *o in STEPS)
+        steps = "\n".join(f"    let {n}: f64 = {STEP_FORMS[form].format(*map(_operand, o))};" for n, form, *o in STEPS)
         lines.append(_SINCOS.format(limit=LIMIT, steps=steps))
         outside |= {"sin": 1, "cos": 1}
     own = {name: 2 if name in ("pow", "atan2") else 1 for name in [*_CALLED.split(), "pow", "atan2"] if name in used}
