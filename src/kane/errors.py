@@ -222,26 +222,8 @@ def listed_warnings() -> Iterator[list[str]]:
 
 
 __all__ = [
-    "ArgumentError",
-    "ContactError",
-    "CornerError",
-    "ExpressionError",
-    "KaneError",
-    "KaneWarning",
-    "MissingAttributeError",
-    "ModelError",
-    "ModesWarning",
-    "NotAffineError",
-    "NotFiniteError",
-    "PotentialError",
-    "ProgramError",
-    "ReactionError",
-    "SimulationError",
-    "SingularError",
-    "SolutionFileError",
-    "SpaceError",
-    "SpeedsError",
-    "StiffeningWarning",
-    "UnitError",
-    "ValueMissingError",
-]
+    "ArgumentError", "ContactError", "CornerError", "ExpressionError", "KaneError", "KaneWarning",
+    "MissingAttributeError", "ModelError", "ModesWarning", "NotAffineError", "NotFiniteError", "PotentialError",
+    "ProgramError", "ReactionError", "SimulationError", "SingularError", "SolutionFileError", "SpaceError",
+    "SpeedsError", "StiffeningWarning", "UnitError", "ValueMissingError",
+]  # fmt: skip

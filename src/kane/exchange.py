@@ -17,23 +17,9 @@ from kane.interop.sympy_mechanics.importing import from_sympy_mechanics
 from kane.lazy_imports import offered as _offered
 
 __all__ = [
-    "FMU",
-    "Handle",
-    "Imported",
-    "LinkShape",
-    "Remark",
-    "from_autolev",
-    "from_mjcf",
-    "from_sympy",
-    "from_sympy_mechanics",
-    "from_urdf",
-    "to_casadi",
-    "to_fmu",
-    "to_jax",
-    "to_python",
-    "to_sympy",
-    "to_torch",
-]
+    "FMU", "Handle", "Imported", "LinkShape", "Remark", "from_autolev", "from_mjcf", "from_sympy",
+    "from_sympy_mechanics", "from_urdf", "to_casadi", "to_fmu", "to_jax", "to_python", "to_sympy", "to_torch",
+]  # fmt: skip
 
 if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
     __getattr__ = _offered(__name__, {})

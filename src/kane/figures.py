@@ -41,26 +41,10 @@ __getattr__ = offered(
 """What draws is imported when it is first used: a shape needs no library for plots."""
 
 __all__ = [
-    "Animation",
-    "BodyShape",
-    "Check",
-    "Scene",
-    "Sketch",
-    "animate",
-    "beam_figure",
-    "campbell_diagram",
-    "cycle_figure",
-    "energy_balance",
-    "fit_figure",
-    "link_shapes",
-    "mode_figure",
-    "plot",
-    "report",
-    "root_locus",
-    "scene",
-    "shape",
-    "sketch",
-]
+    "Animation", "BodyShape", "Check", "Scene", "Sketch", "animate", "beam_figure", "campbell_diagram",
+    "cycle_figure", "energy_balance", "fit_figure", "link_shapes", "mode_figure", "plot", "report", "root_locus",
+    "scene", "shape", "sketch",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:

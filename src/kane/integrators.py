@@ -26,25 +26,9 @@ from kane.motion.integrators import (
 )
 
 __all__ = [
-    "AdaptiveStep",
-    "Auto",
-    "Cvode",
-    "Dop853",
-    "FixedStep",
-    "Gauss16",
-    "Lsoda",
-    "Midpoint",
-    "Radau9",
-    "Rk4",
-    "ScipyBDF",
-    "ScipyDOP853",
-    "ScipyRK23",
-    "ScipyRK45",
-    "ScipyRadau",
-    "Tsit5",
-    "Tsitpap8",
-    "Vern9",
-]
+    "AdaptiveStep", "Auto", "Cvode", "Dop853", "FixedStep", "Gauss16", "Lsoda", "Midpoint", "Radau9", "Rk4",
+    "ScipyBDF", "ScipyDOP853", "ScipyRK23", "ScipyRK45", "ScipyRadau", "Tsit5", "Tsitpap8", "Vern9",
+]  # fmt: skip
 
 if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
     __getattr__ = _offered(__name__, {})

@@ -32,32 +32,11 @@ from kane.model.loads import (
 )
 
 __all__ = [
-    "Force",
-    "ForceSystem",
-    "Gravity",
-    "Load",
-    "Noncontributing",
-    "Torque",
-    "Wrench",
-    "action_reaction",
-    "buoyancy",
-    "dry_friction",
-    "force_system",
-    "friction",
-    "gravitation",
-    "gravity",
-    "gravity_moment",
-    "line_load",
-    "linear_damper",
-    "linear_drag",
-    "linear_spring",
-    "pressure_on_disk",
-    "pressure_on_rectangle",
-    "quadratic_drag",
-    "torque_pair",
-    "torsional_damper",
-    "torsional_spring",
-]
+    "Force", "ForceSystem", "Gravity", "Load", "Noncontributing", "Torque", "Wrench", "action_reaction",
+    "buoyancy", "dry_friction", "force_system", "friction", "gravitation", "gravity", "gravity_moment",
+    "line_load", "linear_damper", "linear_drag", "linear_spring", "pressure_on_disk", "pressure_on_rectangle",
+    "quadratic_drag", "torque_pair", "torsional_damper", "torsional_spring",
+]  # fmt: skip
 
 if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
     __getattr__ = _offered(__name__, {})

@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Semi-smooth Newton iteration on the exact friction cones in space, started from the forces for polyhedral cones.
+"""One solution for many contacts: Lemke's method for polyhedral friction cones, then Newton iteration on the exact cones in space.
+
+Lemke's method is for w = M z + q, 0 ≤ w ⊥ z ≥ 0, and exact in the plane. The unknowns z are the normal forces and, for each contact
+that may stick, the friction forces along the directions of the facets and the slip speed σ (Stewart & Trinkle 1996, Int. J. Numer.
+Meth. Engng 39, 2673).
+
+The semi-smooth Newton iteration starts from its forces:
 
 λ_n = (λ_n − r a_n)₊, λ_t = P_{μ(λ_n − r a_n)₊}(λ_t − r a_t), where 1/r is the norm of the contact's diagonal block of W (Alart &
 Curnier 1991, Comput. Meth. Appl. Mech. Engng 92, 353). Redundant contacts make the Jacobian singular; proximal steps then replace W by
@@ -13,44 +19,101 @@ from dataclasses import replace
 
 import numpy as np
 
-from kane.contacts.lemke import faceted
+from kane.contacts.angles import unit
 from kane.contacts.mode_solution import ModeSolution, shown, solve
 from kane.contacts.problem import ContactProblem, ContactStatus
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_CHAIN, ROUNDED_ROOT
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_CHAIN, ROUNDED_ROOT, ROUNDED_SUM
 
 _STEPS, _INNER, _OUTER, _HALVINGS = 60, 40, 30, 6
 _FIRST, _LEAST, _LARGEST = 1e-2, 1e-4, 10.0
 """First, least and largest ε of the proximal steps."""
+_FACETS = 8
+_PIVOTS = 400
+
+
+def complementary(m: Array, q: Array) -> Array | None:
+    """z (n), by lexicographic pivoting, which does not cycle; None on ray termination or after too many pivots."""
+    n = len(q)
+    if q.min(initial=0) >= 0:
+        return np.zeros(n)
+    table = np.hstack([np.eye(n), -m, -np.ones((n, 1)), q[:, None]])
+    basis = np.arange(n)
+    row, enters = int(np.argmin(q)), 2 * n
+    for _ in range(_PIVOTS):
+        table[row] /= table[row, enters]
+        column = table[:, enters].copy()
+        column[row] = 0
+        table -= np.multiply.outer(column, table[row])
+        table[:, enters] = np.arange(n) == row
+        left, basis[row] = int(basis[row]), enters
+        if left == 2 * n:
+            values = np.zeros(2 * n + 1)
+            values[basis] = table[:, -1]
+            return values[n : 2 * n]
+        enters = left + n if left < n else left - n
+        pivots = table[:, enters]
+        possible = np.flatnonzero(pivots > ROUNDED_SUM)
+        if not len(possible):
+            return None
+        ratios = table[possible, -1] / pivots[possible]
+        least = ratios.min()
+        ties = possible[ratios <= least + ROUNDED_CHAIN * (1 + abs(least))]
+        artificial = ties[basis[ties] == 2 * n]
+        order = np.lexsort((table[ties, :n] / pivots[ties, None]).T[::-1])
+        row = int(artificial[0]) if len(artificial) else int(ties[order[0]])
+    return None
+
+
+def faceted(problem: ContactProblem) -> Array | None:
+    """Forces λ (dk) for one coefficient per contact, with polyhedral cones in space; None if Lemke's method finds none."""
+    k, d = problem.count, problem.dimension
+    facets = np.array([[1.0], [-1.0]]) if d == 2 else unit(2 * np.pi * np.arange(_FACETS) / _FACETS)
+    m, free = len(facets), np.flatnonzero(~problem.slides)
+    n = k + (m + 1) * len(free)
+    forces, gaps, speeds = np.zeros((d * k, n)), np.zeros((n, d * k)), np.zeros((n, n))
+    for i in range(k):
+        forces[d * i, i], gaps[i, d * i] = 1.0, 1.0
+        forces[d * i + 1 : d * i + d, i] = -problem.kinetic[i] * problem.directions[i]
+    for j, i in enumerate(free.tolist()):
+        here, sigma, tangents = slice(k + j * m, k + j * m + m), n - len(free) + j, slice(d * i + 1, d * i + d)
+        forces[tangents, here], gaps[here, tangents] = facets.T, facets
+        speeds[here, sigma], speeds[sigma, i], speeds[sigma, here] = 1.0, problem.static[i], -1.0
+    # scaled: accelerations by the largest |b|, forces by the largest |b| over the largest W_ii
+    most, bias = np.diag(problem.mobility).max(), np.abs(problem.bias).max()
+    if bias <= 0:
+        return np.zeros(d * k)
+    z = complementary(gaps @ (problem.mobility / most) @ forces + speeds, gaps @ (problem.bias / bias))
+    return None if z is None else forces @ z * (bias / most)
 
 
 def residual(problem: ContactProblem, forces: Array) -> tuple[Array, Array]:
     """The residual of Alart and Curnier's equations (dk), in units of force, and its generalized Jacobian (dk × dk)."""
     k, d = problem.count, problem.dimension
-    a, unit = problem.mobility @ forces + problem.bias, np.eye(len(forces))
+    a, each = problem.mobility @ forces + problem.bias, np.eye(len(forces))
     value, slope = np.zeros_like(forces), np.zeros_like(problem.mobility)
     for i in range(k):
         n, t = d * i, slice(d * i + 1, d * i + d)
         r = 1.0 / np.linalg.norm(problem.mobility[n : n + d, n : n + d], 2)
         pressed, moved = forces[n] - r * a[n], forces[t] - r * a[t]
-        by_normal, by_tangents = unit[n] - r * problem.mobility[n], unit[t] - r * problem.mobility[t]
+        by_normal, by_tangents = each[n] - r * problem.mobility[n], each[t] - r * problem.mobility[t]
         length = float(np.sqrt(moved @ moved))
         radius = problem.static[i] * pressed
-        value[n], slope[n] = forces[n], unit[n]
+        value[n], slope[n] = forces[n], each[n]
         if pressed > 0:
             value[n], slope[n] = r * a[n], r * problem.mobility[n]
         if problem.slides[i]:
             value[t] = forces[t] + problem.kinetic[i] * forces[n] * problem.directions[i]
-            slope[t] = unit[t] + problem.kinetic[i] * np.multiply.outer(problem.directions[i], unit[n])
+            slope[t] = each[t] + problem.kinetic[i] * np.multiply.outer(problem.directions[i], each[n])
         elif pressed <= 0:
-            value[t], slope[t] = forces[t], unit[t]
+            value[t], slope[t] = forces[t], each[t]
         elif length <= radius:
             value[t], slope[t] = r * a[t], r * problem.mobility[t]
         else:
             u = moved / length
             value[t] = forces[t] - radius * u
             turned = by_tangents - np.multiply.outer(u, u @ by_tangents)
-            slope[t] = unit[t] - problem.static[i] * np.multiply.outer(u, by_normal) - radius / length * turned
+            slope[t] = each[t] - problem.static[i] * np.multiply.outer(u, by_normal) - radius / length * turned
     return value, slope
 
 

@@ -115,13 +115,7 @@ class _End:
         return 2 * need / root if root > 0 else math.inf
 
 
-def impact(
-    mobility: Any,
-    velocity: Any,
-    friction: float,
-    restitution: float,
-    law: Law = Law.STRONGE,
-) -> ContactImpact:
+def impact(mobility: Any, velocity: Any, friction: float, restitution: float, law: Law = Law.STRONGE) -> ContactImpact:
     """The impact of a contact that approaches, or one at v_n = 0 that friction jams.
 
     Parameters

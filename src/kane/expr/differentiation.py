@@ -10,7 +10,7 @@ from kane.errors import ExpressionError, NotAffineError, alike, cut, warn
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, as_exprs, postorder
-from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
+from kane.expr.ops import ADD, COS, DIV, MAX, MIN, MUL, NEG, SIN, SQRT, SUB, SYMBOL, WHERE
 from kane.expr.regular import never_zero
 from kane.expr.symbols import (
     Coordinate,
@@ -27,7 +27,6 @@ from kane.expr.symbols import (
 )
 from kane.expr.visit import fold, rebuilt
 
-MIN, MAX = OPS["min"], OPS["max"]
 _CHOICES = frozenset((WHERE, MIN, MAX))
 less, _abs = NODE_BUILDERS["less"], NODE_BUILDERS["abs"]
 Tangents = Mapping[Expr, Expr] | Callable[[Expr], Expr]

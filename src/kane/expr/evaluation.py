@@ -52,12 +52,6 @@ FLOAT: dict[Op, Callable[..., float]] = {
 """Each operation on floats; those that a processor's library may round in another way are NumPy's own."""
 
 
-def _know_of_floats(op: Op) -> None:
-    """Adds an operation to the tables for Python floats."""
-    FLOAT[op] = _rounded(op.numpy)
-    _BATCHES[op, False, False] = _each(FLOAT[op])
-
-
 def _add(w: list[float], rows: Rows) -> None:
     for a, b in rows:
         w.append(w[a] + w[b])
@@ -200,8 +194,8 @@ _NUMPY: dict[Op, Callable[..., Any]] = {op: op.numpy for op in OPS.values() if o
 
 def know(op: Op) -> None:
     """Registers an operation that is not in the table `OPS`."""
-    _NUMPY[op] = op.numpy
-    _know_of_floats(op)
+    _NUMPY[op], FLOAT[op] = op.numpy, _rounded(op.numpy)
+    _BATCHES[op, False, False] = _each(FLOAT[op])
 
 
 class Walk:

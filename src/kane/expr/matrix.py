@@ -283,7 +283,8 @@ def _ready(supports: list[list[int]], match: list[int], waiting: list[list[int]]
                 heappush(ready, user)
 
 
-_LARGEST_ADJUGATE = 3
+LARGEST_ADJUGATE = 3
+"""Rows of the largest block that is solved by its adjugate."""
 
 
 class LDL(NamedTuple):
@@ -498,7 +499,7 @@ def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
         if a[0][0].op is not CONST:
             pivots.append(a[0][0])
         return [[div(ONE, a[0][0])]]
-    if n > _LARGEST_ADJUGATE:
+    if n > LARGEST_ADJUGATE:
         units = [[ONE if i == j else ZERO for i in range(n)] for j in range(n)]
         columns = solve_lu(a, units)
         return [[columns[j][i] for j in range(n)] for i in range(n)]

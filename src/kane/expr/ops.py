@@ -125,6 +125,7 @@ CONST, PI, SYMBOL = OPS["const"], OPS["pi"], OPS["symbol"]
 ADD, SUB, MUL, DIV, NEG, POW, SQRT = map(OPS.__getitem__, ("add", "sub", "mul", "div", "neg", "pow", "sqrt"))
 SIN, COS, TAN = OPS["sin"], OPS["cos"], OPS["tan"]
 LESS, WHERE, REGULAR = OPS["less"], OPS["where"], OPS["regular"]
+ABS, SIGN, MIN, MAX = OPS["abs"], OPS["sign"], OPS["min"], OPS["max"]
 
 
 _STRIDE = 32

@@ -25,12 +25,12 @@ from kane.errors import Attributes, ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.evaluation import know
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, intern_node, postorder
-from kane.expr.ops import LESS, NEG, OPS, Op
+from kane.expr.ops import ABS, LESS, MAX, MIN, NEG, SIGN, Op
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import fold, rebuilt, substituted
 
 Numbers = npt.NDArray[np.float64]
-_less, _where, _floor = (NODE_BUILDERS[name] for name in ("less", "where", "floor"))
+_less, _floor = NODE_BUILDERS["less"], NODE_BUILDERS["floor"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,20 +117,8 @@ def piecewise(
         # the name, and the number that expressions are ordered by, say all that it is
         text = hashlib.sha256(repr(own).encode()).hexdigest()
         code = 1000 + int(text[:12], 16)
-        op = Piecewise(
-            f"table {text}",
-            1,
-            data.at,
-            _slope_of,
-            1,
-            label=label,
-            code=code,
-            data=data,
-            unit=unit,
-            of=of,
-            order=order,
-            sides=sides,
-        )
+        given: dict[str, Any] = {"data": data, "unit": unit, "of": of, "order": order, "sides": sides}
+        op = Piecewise(f"table {text}", 1, data.at, _slope_of, 1, label=label, code=code, **given)
         op = _known.setdefault(own, op)
         NODE_BUILDERS[op.name] = _builder(op)
         know(op)
@@ -197,7 +185,7 @@ def _picked(values: list[Expr], before: list[Expr]) -> Expr:
     if len(values) == 1:
         return values[0]
     half = len(values) // 2
-    return _where(before[half - 1], _picked(values[:half], before), _picked(values[half:], before[half:]))
+    return where(before[half - 1], _picked(values[:half], before), _picked(values[half:], before[half:]))
 
 
 def applied(op: Piecewise, x: Any) -> Expr:
@@ -299,7 +287,6 @@ def _side(data: Data, which: int) -> Data:
     )
 
 
-ABS, SIGN, MIN, MAX = (OPS[name] for name in ("abs", "sign", "min", "max"))
 _OF_TWO = frozenset((LESS, MIN, MAX))
 
 
@@ -352,7 +339,6 @@ _ON_SIDE: dict[Op, Callable[[tuple[Expr, ...], _Choose], Expr]] = {
     MAX: lambda a, choose: choose(a[1], a[0]),
     MIN: lambda a, choose: choose(a[0], a[1]),
 }
-_LESS = NODE_BUILDERS["less"]
 
 
 def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -> Expr:
@@ -364,7 +350,7 @@ def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -
         side = sides.get(own[0]) if own is not None else None
         if own is None or side is None:
             return rebuilt(node, args)
-        holds = _LESS(ZERO, side) if own[1] else _LESS(side, ZERO)
+        holds = _less(ZERO, side) if own[1] else _less(side, ZERO)
         if isinstance(node.op, Piecewise) and node.op.sides is not None:
             return where(holds, *(applied(op, args[0]) for op in node.op.sides[1:]))
         return holds if node.op is LESS else _ON_SIDE[node.op](args, lambda x, y: where(holds, x, y))

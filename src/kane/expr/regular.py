@@ -27,7 +27,7 @@ from kane.expr.node import (
     precedes,
     weight,
 )
-from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
+from kane.expr.ops import ABS, ADD, CONST, COS, DIV, MAX, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import fold, imaged
 
@@ -54,10 +54,10 @@ def _is_size(x: Expr) -> bool:
     left, met = [x], {x}
     while left:
         node = left.pop()
-        if node.op is MUL or node.op is DIV or node.op is _MAX:
+        if node.op is MUL or node.op is DIV or node.op is MAX:
             left += [a for a in node.args if a not in met]
             met.update(node.args)
-        elif not (node.op is _ABS or node.op is SQRT or node.op is CONST):
+        elif not (node.op is ABS or node.op is SQRT or node.op is CONST):
             return False
     return True
 
@@ -105,8 +105,7 @@ def _is_of_either_sign(e: Expr, depth: int = 0) -> bool:
 _Sign: TypeAlias = tuple[int, bool]
 """1, −1 or, where it is not known, 0; and whether it is known not to vanish."""
 _POSITIVE = {OPS["exp"], OPS["cosh"], OPS["pi"]}
-_ABS, _MAX = OPS["abs"], OPS["max"]
-_SIGNED = {*_POSITIVE, _ABS, SQRT, CONST}
+_SIGNED = {*_POSITIVE, ABS, SQRT, CONST}
 _DEPTH = 12
 
 
@@ -116,7 +115,7 @@ def _sign(node: Expr, parts: Sequence[_Sign]) -> _Sign:
         return ((1 if value > 0 else -1), value != 0)
     if op in _POSITIVE:
         return 1, True
-    if op is _ABS or op is SQRT:
+    if op is ABS or op is SQRT:
         return 1, parts[0][1]
     if op is NEG:
         return -parts[0][0], parts[0][1]
@@ -165,7 +164,7 @@ def _distinct(terms: Iterable[Expr]) -> tuple[Expr, ...]:
     for x in terms:
         value = constant_value(x)
         if value is None:
-            while x.op is NEG or x.op is _ABS:
+            while x.op is NEG or x.op is ABS:
                 x = x.args[0]
             kept[x] = None
         else:

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 from kane.errors import SingularError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
-from kane.expr.matrix import LU, Rows, back, cofactor, dot, in_order, lu
+from kane.expr.matrix import LARGEST_ADJUGATE, LU, Rows, back, cofactor, dot, in_order, lu
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.regular import Sizes, denominator, is_unbounded, largest, never_zero, size
@@ -126,9 +126,6 @@ def _absorbs(e: Expr) -> bool:
     if e.op is ADD or e.op is SUB or e.op is NEG:
         return all(map(_absorbs, e.args))
     return e.op is CONST or (e.op is DIV and (e.args[1].op is CONST or e.args[0].op is CONST))
-
-
-_LARGEST_ADJUGATE = 3
 
 
 class Divisor(NamedTuple):
@@ -367,7 +364,7 @@ def _block(rows: Rows, sizes: _Reach, memo: Sizes) -> SquareSolver:
     place = _sure(rows) if n > 1 else None
     if place is not None:
         return _eliminated(rows, sizes, memo, *place)
-    return _adjugate(rows, sizes, memo) if n <= _LARGEST_ADJUGATE else _pivoted(rows, sizes)
+    return _adjugate(rows, sizes, memo) if n <= LARGEST_ADJUGATE else _pivoted(rows, sizes)
 
 
 def _sure(rows: Rows) -> tuple[int, int] | None:

@@ -25,7 +25,7 @@ from kane.motion.solvers.stepping import IMPLICIT as SLOW
 from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.table import INTEGRATORS, Integrator, compiled
 from kane.motion.steps import Stepper, unheld
-from kane.program.emit.llvm_printer import LIBRARY
+from kane.program.emit.walk import LIBRARY
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings, target

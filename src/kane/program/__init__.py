@@ -16,16 +16,14 @@ __getattr__ = offered(
         "emit.languages.numpy": "emit_numpy",
         "emit.sincos": "C_SINCOS CONSTANTS LIMIT llvm_sincos sine_cosine",
         "emit.wasm": "emit_wasm",
-        "emit.wasm_kernels": "add_kernel",
+        "emit.wasm_kernels": "add_kernel in_pairs",
         "emit.wasm_module": "Module",
-        "emit.wasm_pairs": "in_pairs",
         "emit.walk": "NamedPrinter Style VECTORS function_of hoisting pieces statements",
         "kernel.": "language",
         "kernel.language": (
             "ArrayOf Callee Compute For Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
-        "kernel.narrow": "narrowed",
-        "kernel.specialized": "specialized",
+        "kernel.rewriting": "narrowed specialized",
         "kernel.writer": "Writer decompose factor invert solve substitute",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",

@@ -133,6 +133,20 @@ class Code:
             varying.append(True in [varying[i] for i in reads])
         return varying
 
+    def plain(self, i: int) -> Operand:
+        """A value without its negations, and the sign."""
+        sign = 1
+        while i >= self.first and self.ops[i - self.first] is NEG:
+            (i,), sign = self.args[i - self.first], -sign
+        return Operand(i, sign)
+
+    def signed(self, i: int) -> list[Operand]:
+        """The operands of an instruction; those of a difference with the sign of the subtrahend changed."""
+        own = [self.plain(a) for a in self.args[i - self.first]]
+        if self.ops[i - self.first] is SUB:
+            own[1] = own[1]._replace(sign=-own[1].sign)
+        return own
+
     def below(self, values: set[int], varies: bool) -> list[int]:
         """The instructions of one tier on which `values` depend, in ascending order."""
         first, args, tier = self.first, self.args, self.varies
@@ -365,21 +379,12 @@ def _packs(program: Program, r: Routine) -> str:
     for pack in r.packs:
         for lane, i in enumerate(pack.values):
             op = program.op(i)
-            own = [_plain(program, a) for a in program.arguments(i)]
-            if op is SUB:
-                own[1] = own[1]._replace(sign=-own[1].sign)
+            own = program.signed(i)
             given = [operand[lane] for operand in pack.operands]
             turned = pack.op in (ADD, MUL) and own[::-1] == given
             if pack.op is not (ADD if op is SUB else op) or not (own == given or turned):
                 return f"a pack of {r.name} that does not compute value {i}"
     return ""
-
-
-def _plain(program: Program, i: int) -> Operand:
-    sign = 1
-    while i >= program.first and program.op(i) is NEG:
-        (i,), sign = program.arguments(i), -sign
-    return Operand(i, sign)
 
 
 def _defined(program: Program, block: Iterable[int], available: set[int], where: str) -> tuple[set[int], str]:

@@ -31,7 +31,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array, Mask
 from kane.program.kernel.language import ArrayOf, Callee
-from kane.program.kernel.narrow import narrowed
+from kane.program.kernel.rewriting import narrowed
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel, Entry, Selection, aligned, hoisted, masked_entries
 from kane.program.native.machine import Settings

@@ -30,7 +30,7 @@ from kane.program.emit.c import emit_c
 from kane.program.emit.c_kernels import emit_kernel_c
 from kane.program.emit.identifiers import c_number, c_string
 from kane.program.kernel.language import Argument, ArrayOf, Callee, Integer, Kernel
-from kane.program.kernel.specialized import specialized
+from kane.program.kernel.rewriting import specialized
 from kane.program.program import Program
 
 ROWS = 128

@@ -22,7 +22,7 @@ from kane.numeric.arrays import Array
 from kane.program.emit.wasm_kernels import add_kernel
 from kane.program.emit.wasm_module import F64, I32, Module, WasmFunction, int32, leb, read
 from kane.program.kernel.language import ArrayOf, Callee, Integer, Kernel
-from kane.program.kernel.specialized import specialized
+from kane.program.kernel.rewriting import specialized
 from kane.program.program import Program
 
 ADDRESSES = 2**30

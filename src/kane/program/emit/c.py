@@ -38,9 +38,10 @@ from kane.program.emit.walk import (
     pieces,
     shared,
     statements,
+    values_read,
 )
 from kane.program.kernel import language
-from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
+from kane.program.kernel.language import Read, Statement, Write
 from kane.program.program import Port, Program
 
 KINDS = {"float": "double", "int": "int64_t", "bool": "bool"}
@@ -331,10 +332,7 @@ def _used(file: CFile, body: Sequence[Statement]) -> set[str]:
     bases = {s.base for s in body if isinstance(s, Read | Write)}
     ports = [port for port in file.program.ports for _ in port.symbols]
     scalars = {i: port.name for i, port in enumerate(ports) if port.scalar}
-    for s in body:
-        read = s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else ()
-        read = (s.value,) if isinstance(s, Write) else read
-        bases.update(scalars[i] for i in read if i in scalars)
+    bases.update(scalars[i] for s in body for i in values_read(s) if i in scalars)
     return {file.names.arguments[base] for base in bases}
 
 

@@ -30,7 +30,7 @@ from kane.program.emit.llvm_lanes import LanesPrinter, varying
 from kane.program.emit.llvm_limbs import limbs_body
 from kane.program.emit.llvm_printer import FEW, Calls, Lanes, LlvmPrinter, Near, pointed, typed, vector
 from kane.program.emit.sincos import llvm_sincos
-from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
+from kane.program.kernel.language import ArrayOf, Integer, Kernel, Read, Statement
 from kane.program.program import WHOLE, Port, Program, Routine
 
 LANES = Lanes(4)
@@ -283,12 +283,7 @@ def emit_kernel_lanes(kernel: Kernel, width: int, shared: Collection[str] = (), 
 
 
 def _kernel_text(
-    kernel: Kernel,
-    name: str,
-    calls: Calls,
-    cells: Sequence[tuple[str, str]],
-    rooms: Sequence[str],
-    body: Sequence[str],
+    kernel: Kernel, name: str, calls: Calls, cells: Sequence[tuple[str, str]], rooms: Sequence[str], body: Sequence[str]
 ) -> str:
     """The module of a kernel; `cells` are (name, LLVM type)."""
     arguments = ", ".join(
@@ -570,7 +565,7 @@ class _LlvmModule:
         """The statements, preceded by loads of the scalars that they read where scalars are passed by pointer."""
         if self.width == 1:
             return body
-        read = {a for s in body for a in _read(s)}
+        read = {a for s in body for a in walk.values_read(s)}
         ports = enumerate(port for port in program.ports for _ in port.symbols)
         return [*(Read(i, port.name, 0) for i, port in ports if port.scalar and i in read), *body]
 
@@ -601,15 +596,8 @@ def _passed(
     for base, own in near.items():
         for k, place in enumerate(own.places):
             yield "ptr", f"{vector(base)}.{k}", f"getelementptr double, ptr {vector(base)}, i64 {place}"
-    read = {a for s in body for a in _read(s)}
+    read = {a for s in body for a in walk.values_read(s)}
     yield from (("double", name, "") for i, name in scalars.items() if i in read)
-
-
-def _read(s: Statement) -> Sequence[object]:
-    """The values that a statement of a Program reads."""
-    if isinstance(s, Compute):
-        return s.arguments
-    return s.angles if isinstance(s, SinCos) else (s.value,) if isinstance(s, Write) else ()
 
 
 def _signature(arguments: Iterable[tuple[str, str]]) -> str:

@@ -17,22 +17,7 @@ from itertools import chain
 from kane.errors import ProgramError
 from kane.program.emit.llvm_printer import Calls, LlvmPrinter, lines, masked_store, typed, vector
 from kane.program.kernel import language
-from kane.program.kernel.language import (
-    INT,
-    Block,
-    Cell,
-    Compute,
-    For,
-    Get,
-    If,
-    Kernel,
-    Operand,
-    Put,
-    Read,
-    Type,
-    Value,
-    While,
-)
+from kane.program.kernel.language import INT, Kernel, Operand, Type, Value
 
 
 @dataclass(slots=True)
@@ -41,7 +26,7 @@ class Varying:
 
     shared: frozenset[str]
     values: set[int] = field(default_factory=set)
-    cells: set[Cell] = field(default_factory=set)
+    cells: set[language.Cell] = field(default_factory=set)
 
     def __contains__(self, operand: Operand) -> bool:
         return isinstance(operand, Value) and operand.number in self.values
@@ -55,23 +40,23 @@ def varying(kernel: Kernel, shared: Collection[str]) -> Varying:
     return result
 
 
-def _note(found: Varying, block: Block, apart: bool) -> None:
+def _note(found: Varying, block: language.Block, apart: bool) -> None:
     """Marks the values and cells that differ in a block; `apart`: only some lanes may run it."""
     for s in block:
-        if isinstance(s, Compute):
+        if isinstance(s, language.Compute):
             _mark(found, s.value, any(a in found for a in s.arguments))
-        elif isinstance(s, Read):
+        elif isinstance(s, language.Read):
             _mark(found, s.value, s.base not in found.shared or s.offset in found)
-        elif isinstance(s, Get):
+        elif isinstance(s, language.Get):
             _mark(found, s.value, s.cell in found.cells)
-        elif isinstance(s, Put):
+        elif isinstance(s, language.Put):
             if apart or s.value in found:
                 found.cells.add(s.cell)
-        elif isinstance(s, If):
+        elif isinstance(s, language.If):
             _note(found, tuple(chain(s.then, s.other)), apart or s.condition in found)
-        elif isinstance(s, While):
+        elif isinstance(s, language.While):
             _note(found, tuple(chain(s.head, s.body)), apart or s.condition in found)
-        elif isinstance(s, For):
+        elif isinstance(s, language.For):
             _mark(found, s.counter, s.start in found)
             _note(found, s.body, apart or s.start in found or s.stop in found)
 

@@ -23,7 +23,7 @@ from functools import cache
 from kane.expr import ops
 from kane.expr.ops import COS, DIV, OPS, REGULAR, SIN, Op
 from kane.program.emit import walk
-from kane.program.emit.walk import Printer, shared
+from kane.program.emit.walk import LIBRARY, Printer, shared
 from kane.program.kernel import language
 from kane.program.kernel.language import Read, Statement, Type, Write
 
@@ -80,10 +80,8 @@ def typed(type_: Type) -> str:
     return Lanes(type_.width).of(_KINDS[type_.kind])
 
 
-LIBRARY = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
-"""Operations that are scalar calls of the C library."""
 CALLS: Mapping[Op | str, str] = {
-    **{OPS[n]: n for n in LIBRARY.values()},
+    **LIBRARY,
     **shared({"sqrt": "llvm.sqrt", "abs": "llvm.fabs"}),
     OPS["floor"]: "llvm.floor",
 }

@@ -236,7 +236,8 @@ def _llvm_operand(operand: str, lanes: Lanes) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- C
 
-_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "({0} * {1}) + {2}"}
+STEP_FORMS = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "({0} * {1}) + {2}"}
+"""The forms of `STEPS` in C and Rust."""
 
 _SINCOS = """\
 /* Sine and cosine of x, below 1 ulp for |x| <= {limit:.0f}; the library's beyond. */
@@ -272,7 +273,7 @@ def _sincos_operand(operand: str) -> str:
 
 
 _STEPS = "\n".join(
-    f"    const double {name} = {_STEP[form].format(*map(_sincos_operand, operands))};"
+    f"    const double {name} = {STEP_FORMS[form].format(*map(_sincos_operand, operands))};"
     for name, form, *operands in STEPS
 )
 C_SINCOS = _SINCOS.format(limit=LIMIT, steps=_STEPS)

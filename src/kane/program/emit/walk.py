@@ -187,6 +187,19 @@ class _Walk:
             self.done.append(Write(i, base, place, label))
 
 
+def values_read(s: Statement) -> Sequence[Any]:
+    """The values that arithmetic or a store reads, without indices; a load reads none."""
+    if isinstance(s, Compute):
+        return s.arguments
+    return s.angles if isinstance(s, SinCos) else (s.value,) if isinstance(s, Write) else ()
+
+
+LIBRARY: dict[Op | str, str] = {
+    OPS[n]: n for n in ("pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")
+}
+"""Operations that are scalar calls of C's library or of `Math`, whose last digits depend on it."""
+
+
 def shared(rows: Mapping[str, str]) -> dict[Op | str, str]:
     """Forms by both the name of an operation, used in kernels, and the operation itself, used in Programs."""
     return {key: form for name, form in rows.items() for key in (name, OPS[name])}

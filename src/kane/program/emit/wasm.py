@@ -12,7 +12,7 @@ from typing import Any
 
 from kane.expr.ops import COS, SIN
 from kane.program.emit.sincos import LIMIT, STEPS, constant
-from kane.program.emit.walk import KEPT, WORK, Style, function_of, hoisting, pieces, statements
+from kane.program.emit.walk import KEPT, LIBRARY, WORK, Style, function_of, hoisting, pieces, statements
 from kane.program.emit.walk import Function as Task
 from kane.program.emit.wasm_module import (
     F64,
@@ -30,7 +30,7 @@ from kane.program.emit.wasm_module import (
     read,
     with_lane,
 )
-from kane.program.emit.wasm_printer import LIBRARY, Places, WasmPrinter
+from kane.program.emit.wasm_printer import Places, WasmPrinter
 from kane.program.program import Port, Program
 
 LONGEST = 300

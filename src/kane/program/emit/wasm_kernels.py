@@ -2,29 +2,41 @@
 """Kernels as WebAssembly functions: one per kernel, and one for each long block within it.
 
 Arrays have fixed addresses in memory. A cell is a local if one function uses it, else a global of the module.
+
+Vectorized loops run two iterations at a time by instructions on two doubles (`v128`, `f64x2`). These are loops over rows of arrays
+that write no element which they also read: the iterations commute and may be repeated. If their number is odd, the first pair is
+iterations 1 and 2, the next 2 and 3. Each operation rounds as on scalars, so that the results are the same bits.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple, cast
 
+from kane.expr.ops import OPS, Op
+from kane.program.emit.walk import values_read
 from kane.program.emit.wasm_module import (
-    F64,
+    FIRST,
     I32,
     I64,
+    LOAD,
+    LOAD_ONE,
+    SECOND,
     SPLAT,
+    STORE,
     V128,
+    WIDE,
+    ZEROS,
     Module,
     WasmFunction,
+    both,
     int32,
     integer,
     leb,
     local_set,
-    number,
     read,
 )
-from kane.program.emit.wasm_pairs import PairPrinter, Pairs, in_pairs
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
 from kane.program.kernel import language
-from kane.program.kernel.language import FLOAT, Block, Integer, Kernel, Operand, Statement, Value
+from kane.program.kernel.language import FLOAT, INT, Block, Integer, Kernel, Operand, Statement, Value
 
 LONGEST = 250
 """The number of statements beyond which a block becomes a function."""
@@ -49,13 +61,10 @@ def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routin
     printer.locals = {(v.number, 0): k for k, v in enumerate(integers)}
     for is_shared, at in cells.values():
         if is_shared:
-            printer.emit(_ZEROS[module.globals[at]], b"\x24" + leb(at))
+            printer.emit(ZEROS[module.globals[at]], b"\x24" + leb(at))
     printer.sequence(kernel.body)
     printer.emit(Folded(_get(cells[kernel.result.name, 0])), b"\xa7")
     return module.add(function)
-
-
-_ZEROS = {F64: number(0.0), I64: integer(0), I32: int32(0)}
 
 
 def _get(at: tuple[bool, int]) -> bytes:
@@ -78,7 +87,7 @@ class _Sizes:
         count = 0
         for s in block:
             count += 1
-            for inner in parts(s):
+            for inner in language.blocks(s):
                 own = self._measure(inner)
                 if own > LONGEST:
                     self.apart.add(id(inner))
@@ -102,46 +111,151 @@ class _Sizes:
             within = {v for head in s.head for v in _defined(head)}
             more = [*self.outer[id(s.head)], s.condition, *self.outer[id(s.body)]]
             return [v for v in more if isinstance(v, Value) and v not in within]
-        inner = [v for b in parts(s) for v in self.outer[id(b)]]
+        inner = [v for b in language.blocks(s) for v in self.outer[id(b)]]
         return own + [v for v in inner if not (isinstance(s, language.For) and v == s.counter)]
 
     def _own(self, block: Block, owner: int) -> None:
         for s in block:
             if isinstance(s, language.Get | language.Put):
                 self._owners.setdefault(s.cell.name, set()).add(owner)
-            for inner in parts(s):
+            for inner in language.blocks(s):
                 self._own(inner, id(inner) if id(inner) in self.apart else owner)
-
-
-def parts(s: Statement) -> tuple[Block, ...]:
-    """The blocks of a statement."""
-    if isinstance(s, language.If):
-        return s.then, s.other
-    return (s.head, s.body) if isinstance(s, language.While) else (s.body,) if isinstance(s, language.For) else ()
 
 
 def _operands(s: Statement) -> list[Value]:
     """The values that a statement reads, without its blocks."""
-    found: Sequence[Operand | language.Address] = ()
-    if isinstance(s, language.Compute | language.CallRoutine):
-        found = s.arguments
-    elif isinstance(s, language.Read):
-        found = (s.offset,)
-    elif isinstance(s, language.Write):
-        found = (s.offset, s.value)
-    elif isinstance(s, language.Put):
-        found = (s.value,)
-    elif isinstance(s, language.If):
-        found = (s.condition,)
-    elif isinstance(s, language.For):
-        found = (s.start, s.stop)
-    plain = [a.offset if isinstance(a, language.Address) else a for a in found]
-    return [a for a in plain if isinstance(a, Value)]
+    return [a for a in language.operands_of(s) if isinstance(a, Value)]
 
 
 def _defined(s: Statement) -> list[Value]:
     value = s.value if isinstance(s, language.Compute | language.Read | language.Get) else None
     return [value] if isinstance(value, Value) else []
+
+
+_OPERATIONS: Mapping[Op | str, bytes] = {key: WIDE[name] for name in WIDE for key in (name, OPS[name])}
+
+
+class RowIndex(NamedTuple):
+    """An index: `start`, if not None, plus `distance`, plus the loop counter if `goes`."""
+
+    start: Value | None
+    distance: int
+    goes: bool
+
+
+class Pairs(NamedTuple):
+    """The indices of a loop, by the integer values in it, and its number of iterations."""
+
+    indices: dict[Value, RowIndex]
+    length: int
+
+
+_LEAST = 6
+"""The minimum number of iterations for vectorization."""
+
+
+def in_pairs(s: language.For) -> Pairs | None:
+    """The indices and length of a loop that can be vectorized, else None."""
+    length = s.stop.value if isinstance(s.stop, language.Immediate) else 0
+    if s.few or s.start != language.Immediate(INT, 0) or not isinstance(length, int) or length < _LEAST:
+        return None
+    found = {s.counter: RowIndex(None, 0, True)}
+    rows: dict[type, list[tuple[str, RowIndex]]] = {language.Read: [], language.Write: []}
+    for one in s.body:
+        if isinstance(one, language.Read | language.Write) and language.type_of(one.value) == FLOAT:
+            rows[type(one)].append((one.base, _index(one.offset, found)))
+        elif (
+            isinstance(one, language.Compute)
+            and one.op == "add"
+            and isinstance(one.value, Value)
+            and one.value.type == INT
+        ):
+            a, b = (_index(x, found) for x in one.arguments)
+            if (a.goes and b.goes) or (a.start and b.start):
+                return None
+            found[one.value] = RowIndex(a.start or b.start, a.distance + b.distance, a.goes or b.goes)
+        elif not (isinstance(one, language.Compute) and one.op in _OPERATIONS and language.type_of(one.value) == FLOAT):
+            return None
+    written, read_ = rows[language.Write], rows[language.Read]
+    beside = [(w, o) for w in written for o in read_ + [x for x in written if x != w] if w[0] == o[0]]
+    if all(w.goes for _, w in written) and all(_apart(w, o, length) for (_, w), (_, o) in beside):
+        return Pairs(found, length)
+    return None
+
+
+def _index(offset: Operand, known: Mapping[Value, RowIndex]) -> RowIndex:
+    if isinstance(offset, Value):
+        return known.get(offset, RowIndex(offset, 0, False))
+    return RowIndex(None, cast(int, offset.value) if isinstance(offset, language.Immediate) else offset, False)
+
+
+def _apart(written: RowIndex, other: RowIndex, length: int) -> bool:
+    """Whether the elements that are written at one index and those accessed at the other are disjoint."""
+    between = other.distance - written.distance
+    return written.start == other.start and (between >= length or between <= -(length if other.goes else 1))
+
+
+class PairPrinter(WasmPrinter):
+    """Prints two iterations at a time; `at` is the local that holds the counter as an offset in bytes."""
+
+    def __init__(self, module: Module, function: WasmFunction, places: Places, pairs: Pairs, at: int) -> None:
+        super().__init__(module, function, places)
+        self.pairs, self.counter = pairs, at
+        self.kinds = {**KINDS, "float": V128}
+        self.last: list[language.Read] = []
+
+    def loop(self, block: Block, outer: Mapping[Value, int]) -> None:
+        """Adds the loop over pairs; `outer` maps values from outside to locals that hold them."""
+        self.emit(int32(0), local_set(self.counter), b"\x03\x40")
+        self.turns(block, {(v.number, 0): local for v, local in outer.items()})
+        step = int32(8) + b"\x6a" + int32(8) + b"\x72" if self.pairs.length % 2 else int32(16) + b"\x6a"
+        ahead = b"\x22" + leb(self.counter) + int32(8 * (self.pairs.length - 1)) + b"\x49"
+        self.emit(read(self.counter), step, ahead, b"\x0d\x00\x0b")
+
+    def turns(self, block: Block, outer: dict[Key, int]) -> None:
+        """Adds one pair of iterations; the last read uses two scalar loads, because its elements have just been stored as scalars."""
+        self.locals |= outer
+        for v in (v for s in block for v in values_read(s) if isinstance(v, Value)):
+            self.left[v.number, 0] = self.left.get((v.number, 0), 0) + 1
+        for key in outer:
+            self.left.pop(key, None)
+        self.last = [s for s in block if isinstance(s, language.Read)][-1:]
+        for s in block:
+            self._print[type(s)](s)
+
+    def compute(self, s: language.Compute) -> None:
+        """Adds an operation on two doubles; integer operations are indices, which `in_pairs` has resolved."""
+        if language.type_of(s.value) != INT:
+            self.define(s.value, joined(*map(self.operand, s.arguments), _OPERATIONS[s.op]))
+
+    def operand(self, operand: Operand, lane: int = 0) -> Folded:
+        """The instructions that give an operand."""
+        if isinstance(operand, language.Immediate):
+            return Folded(both(float(cast(float, operand.value))))
+        return super().operand(operand, lane)
+
+    def location_of(self, s: language.Read | language.Write) -> tuple[RowIndex, bytes, int]:
+        """The index of an access, the instructions of its base address, and its constant offset in bytes."""
+        index = _index(s.offset, self.pairs.indices)
+        steps = [read(self.counter)] * index.goes
+        if index.start is not None:
+            steps.append(read(self.locals[index.start.number, 0]) + b"\xa7" + int32(3) + b"\x74")
+        code = b"".join(steps) + b"\x6a" * (len(steps) - 1) if steps else int32(0)
+        offset = self.places.fixed[s.base] + 8 * index.distance
+        return (index, code, offset) if offset >= 0 else (index, code + int32(offset) + b"\x6a", 0)
+
+    def load(self, s: language.Read) -> None:
+        """Adds a load of two consecutive doubles, or of one double to both lanes."""
+        index, address, offset = self.location_of(s)
+        code = address + (LOAD if index.goes else LOAD_ONE) + leb(offset)
+        if index.goes and s in self.last:
+            code = address + address + FIRST + leb(offset) + SECOND + leb(offset + 8) + b"\x01"
+        self.define(s.value, Folded(code))
+
+    def store(self, s: language.Write) -> None:
+        """Adds a store of two consecutive doubles."""
+        _, address, offset = self.location_of(s)
+        self.emit(address, self.operand(s.value), STORE + leb(offset))
 
 
 class KernelPrinter(WasmPrinter):
@@ -194,7 +308,7 @@ class KernelPrinter(WasmPrinter):
             for k in range(v.type.width) if lane is None else (lane,):
                 if v in own:
                     self.left[v.number, k] = self.left.get((v.number, k), 0) + 1
-        if parts(s):
+        if language.blocks(s):
             self._count_within(self._within(s), own)
 
     def _count_within(self, read: Sequence[Value], own: set[Value]) -> None:

@@ -165,7 +165,7 @@ class Module:
             _section(2, _vector(_text("Math") + _text(name) + b"\x00" + leb(t) for name, t in imported)),
             _section(3, _vector(map(leb, types))),
             _section(5, _vector([b"\x00" + pages])),
-            _section(6, _vector(bytes([kind, 1]) + _ZERO[kind] + b"\x0b" for kind in self.globals)),
+            _section(6, _vector(bytes([kind, 1]) + ZEROS[kind] + b"\x0b" for kind in self.globals)),
             _section(7, _vector([*named, _text("memory") + b"\x02\x00"])),
             _section(10, _vector(f.raw() for f in self.functions)),
             _section(11, _vector(b"\x00" + int32(at) + b"\x0b" + leb(len(raw)) + raw for at, raw in self.data)),
@@ -177,8 +177,8 @@ class Module:
         return self._types.setdefault(key, len(self._types))
 
 
-_ZERO = {F64: number(0.0), I64: integer(0), I32: int32(0)}
-
+ZEROS = {F64: number(0.0), I64: integer(0), I32: int32(0)}
+"""The instructions that push zero, by type."""
 
 WIDE = {
     name: b"\xfd" + leb(number)

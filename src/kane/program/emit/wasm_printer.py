@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 from kane.errors import ProgramError
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
-from kane.program.emit.walk import shared
+from kane.program.emit.walk import LIBRARY, shared, values_read
 from kane.program.emit.wasm_module import (
     F64,
     I32,
@@ -35,8 +35,6 @@ from kane.program.emit.wasm_module import (
 from kane.program.kernel import language
 from kane.program.kernel.language import Immediate, Value
 
-LIBRARY = {OPS[n]: n for n in ("pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")}
-"""Operations that are calls of `Math`, whose last digits depend on the engine."""
 KINDS = {"float": F64, "int": I64, "bool": I32}
 """Value types by the kinds of values."""
 _PLAIN: Mapping[str, Mapping[Op | str, bytes]] = {
@@ -108,14 +106,8 @@ class WasmPrinter:
     def program(self, block: Iterable[language.Statement]) -> None:
         """Prints a piece of a Program, in which no array is read after it is written."""
         block, left = list(block), self.left
-        for s in block:
-            own: Sequence[Any] = ()
-            if isinstance(s, language.Compute):
-                own = s.arguments
-            elif isinstance(s, language.SinCos | language.Write):
-                own = s.angles if isinstance(s, language.SinCos) else (s.value,)
-            for i in own:
-                left[i] = left.get(i, 0) + 1
+        for i in (i for s in block for i in values_read(s)):
+            left[i] = left.get(i, 0) + 1
         for i in self.places.scalars:
             left.pop(i, None)
         for s in block:

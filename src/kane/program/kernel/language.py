@@ -11,7 +11,7 @@ numbers in the Program.
 `verified_kernel` checks every kernel: each value is defined once and before its use, types match, names are distinct.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -295,7 +295,8 @@ def without_unused(kernel: Kernel) -> Kernel:
         read = still
 
 
-def _blocks(s: Statement) -> tuple[Block, ...]:
+def blocks(s: Statement) -> tuple[Block, ...]:
+    """The blocks of a statement."""
     if isinstance(s, If):
         return s.then, s.other
     return (s.head, s.body) if isinstance(s, While) else (s.body,) if isinstance(s, For) else ()
@@ -327,12 +328,12 @@ def _used(block: Block, used: set[int], read: set[Cell], still: set[Cell]) -> Bl
                 continue
         elif isinstance(s, Get):
             still.add(s.cell)
-        used.update(_numbers(_operands(s)))
+        used.update(_numbers(operands_of(s)))
         kept.append(s)
     return tuple(reversed(kept))
 
 
-def _operands(s: Statement) -> Sequence[Any]:
+def operands_of(s: Statement) -> Sequence[Any]:
     """The operands of a statement, without its blocks and the condition of a while loop; an address counts as its offset."""
     if isinstance(s, Compute):
         return s.arguments
@@ -341,7 +342,13 @@ def _operands(s: Statement) -> Sequence[Any]:
     return [operand for _, operand in _TYPES[type(s)](s)[0]]
 
 
-def _numbers(operands: Sequence[Any]) -> list[int]:
+def numbers(block: Block) -> set[int]:
+    """The numbers of the values that a block defines."""
+    own = (s.counter if isinstance(s, For) else getattr(s, "value", None) for s in block)
+    return set(_numbers(own)).union(*(numbers(inner) for s in block for inner in blocks(s)))
+
+
+def _numbers(operands: Iterable[Any]) -> list[int]:
     return [operand.number for operand in operands if isinstance(operand, Value)]
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from kane.program.kernel.language import INT, Type
-from kane.program.kernel.writer import Array, Given, Term, Variable, Writer
+from kane.program.kernel.writer import Array, Given, Term, Variable, Writer, largest_below
 
 LANES = 8
 VECTOR = Type("float", LANES)
@@ -48,11 +48,7 @@ class Rows:
                 begun.put(begun.get() + 1)
             largest.put(-1.0)
             place.put(k)
-            with w.few(self.count, k) as i:
-                tall = w.compute("abs", a[self.row(i) + k])
-                with w.when(tall > largest.get()):
-                    largest.put(tall)
-                    place.put(i)
+            largest_below(a, self.row, self.count, k, largest, place)
             row, other = self.row(k), self.row(place.get())
             swapped = k < place.get()
             with w.when(swapped), vectors(w, self.whole, begun.get()) as j:

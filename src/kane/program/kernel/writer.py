@@ -303,6 +303,16 @@ def unit(i: Term, j: Term) -> Term:
     return i.writer.select(i.equals(j), 1.0, 0.0)
 
 
+def largest_below(a: Array, rows: Callable[[Term], Term], stop: Term, k: Term, best: Variable, place: Variable) -> None:
+    """Puts the row from k on with the largest entry in column k to `place`; `rows` gives the index of a row's first element."""
+    w = a.writer
+    with w.few(stop, k) as i:
+        tall = w.compute("abs", a[rows(i) + k])
+        with w.when(tall > best.get()):
+            best.put(tall)
+            place.put(i)
+
+
 def factor(a: Array, at: Term, width: Term, count: Term) -> None:
     """Replaces the lower triangle of the leading `count` rows, of length `width`, by the Cholesky factor L; the rest is not read."""
     w = a.writer
@@ -333,11 +343,7 @@ def invert(a: Array, at: Term, size: Term) -> None:
     best, place = w.variable(f"best{len(w.cells)}"), w.variable(f"place{len(w.cells)}", INT)
     with w.few(size) as k:
         best.put(-1.0)
-        with w.few(size, k) as i:
-            tall = w.compute("abs", a[at + i * width + k])
-            with w.when(tall > best.get()):
-                best.put(tall)
-                place.put(i)
+        largest_below(a, lambda i: at + i * width, size, k, best, place)
         row, other = at + k * width, at + place.get() * width
         with w.few(width) as j:
             mine, theirs = a[row + j], a[other + j]
@@ -359,11 +365,7 @@ def decompose(a: Array, at: Term, size: Term, swaps: Term) -> None:
     with w.few(size) as k:
         best.put(-1.0)
         place.put(k)
-        with w.few(size, k) as i:
-            tall = w.compute("abs", a[at + i * size + k])
-            with w.when(tall > best.get()):
-                best.put(tall)
-                place.put(i)
+        largest_below(a, lambda i: at + i * size, size, k, best, place)
         row, other = at + k * size, at + place.get() * size
         a[swaps + k] = w.compute("float", place.get())
         with w.when(k < place.get()), w.count(size) as j:

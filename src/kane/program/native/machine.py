@@ -270,39 +270,25 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
                 machine = llvm.Target.from_triple(on.triple).create_target_machine(
                     cpu=on.cpu, features=on.features, **_options(text)
                 )
-                (_improve if loops else _inline)(llvm, machine, module)
+                _transform(llvm, machine, module, _IMPROVEMENTS if loops else _INLINING, int(loops))
                 return bytes(machine.emit_object(module))
         except RuntimeError as error:
             raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
 
 
-def _inline(llvm: Any, machine: Any, module: Any) -> None:
-    """Inlines sine and cosine; other passes would find nothing to improve (docs/develop/decisions.md)."""
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0))
+_INLINING = ["always_inliner"]
+"""The LLVM pass for Programs, which inlines sine and cosine; others would find nothing to improve (docs/develop/decisions.md)."""
+_IMPROVEMENTS = ["sroa", "simplify_cfg", "new_gvn", "instruction_combine", "loop_simplify", "lcssa", "loop_rotate"]
+_IMPROVEMENTS += ["simplify_cfg", "instruction_combine"]
+"""LLVM passes for kernels, which do not change rounding: promotion of cells to registers, loop rotation; other passes of an
+optimization level gained nothing."""
+
+
+def _transform(llvm: Any, machine: Any, module: Any, names: Sequence[str], level: int) -> None:
+    """Runs passes on a module."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=level))
     passes = llvm.create_new_module_pass_manager()
-    passes.add_always_inliner_pass()
-    passes.run(module, builder)
-
-
-_IMPROVEMENTS = [
-    "sroa",
-    "simplify_cfg",
-    "new_gvn",
-    "instruction_combine",
-    "loop_simplify",
-    "lcssa",
-    "loop_rotate",
-    "simplify_cfg",
-    "instruction_combine",
-]
-"""LLVM passes for kernels: promotion of cells to registers, loop rotation; other passes of an optimization level gained nothing."""
-
-
-def _improve(llvm: Any, machine: Any, module: Any) -> None:
-    """Optimizes loops and promotes cells to registers, by passes that do not change rounding."""
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
-    passes = llvm.create_new_module_pass_manager()
-    for name in _IMPROVEMENTS:
+    for name in names:
         getattr(passes, f"add_{name}_pass")()
     passes.run(module, builder)
 

@@ -75,24 +75,10 @@ class Alike:
             ]
         return result
 
-    def plain(self, i: int) -> Operand:
-        """A value without its negations, and the sign."""
-        sign, code = 1, self.code
-        while i >= code.first and code.ops[i - code.first] is NEG:
-            i, sign = code.args[i - code.first][0], -sign
-        return Operand(i, sign)
-
     def op(self, i: int) -> Op:
         """The operation of an instruction; ADD for differences."""
         op = self.code.ops[i - self.code.first]
         return ADD if op is SUB else op
-
-    def reads(self, i: int) -> list[Operand]:
-        """The operands of an instruction; those of a difference with the sign of the subtrahend changed."""
-        own = [self.plain(a) for a in self.code.args[i - self.code.first]]
-        if self.code.ops[i - self.code.first] is SUB:
-            own[1] = own[1]._replace(sign=-own[1].sign)
-        return own
 
 
 MOST = 8
@@ -117,7 +103,7 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     if len(body) < LEAST:
         return ()
     alike = Alike(code)
-    own = {alike.plain(i).value for i in routine.results}.intersection(body)
+    own = {code.plain(i).value for i in routine.results}.intersection(body)
     counts = Counter(n for n in Counter(alike.form[i] for i in own).values() if 2 <= n <= MOST)
     often = Counter(Counter(alike.form[i] for i in body).values())
     # a form may occur several times in each limb
@@ -139,13 +125,13 @@ def _from_results(alike: Alike, body: Sequence[int], results: Sequence[int], lim
 def _sums(alike: Alike, body: Sequence[int]) -> Iterator[list[int]]:
     """The terms of each sum of more than two terms: a sum over limbs has one from each."""
     inside, inner = set(body), set[int]()
-    counts = Counter(x.value for i in body for x in alike.reads(i))
+    counts = Counter(x.value for i in body for x in alike.code.signed(i))
     for i in reversed(body):
         if alike.op(i) is not ADD or i in inner:
             continue
         terms, waiting = list[int](), [i]
         while waiting:
-            for x in alike.reads(waiting.pop()):
+            for x in alike.code.signed(waiting.pop()):
                 if x.value in inside and counts[x.value] == 1 and alike.op(x.value) is ADD:
                     inner.add(x.value)
                     waiting.append(x.value)
@@ -181,7 +167,7 @@ class _PackSearch:
         """Adds packs of those values that have the same form and are as many as there are limbs, and of their arguments."""
         kinds: dict[int, dict[int, None]] = {}
         for i in values:
-            plain = self.alike.plain(i).value
+            plain = self.alike.code.plain(i).value
             if plain in self.body and plain not in self.lane:
                 kinds.setdefault(self.alike.form[plain], {})[plain] = None
         for own in kinds.values():
@@ -205,7 +191,7 @@ class _PackSearch:
             if i in self.lane:
                 return self.lane[i]
             if i in self.body:
-                waiting += [x.value for x in self.alike.reads(i)]
+                waiting += [x.value for x in self.alike.code.signed(i)]
         return None
 
     def _matched(self, seed: tuple[int, ...]) -> None:
@@ -242,7 +228,7 @@ class _PackSearch:
 
     def _lanes(self, values: tuple[int, ...], at_last: bool) -> list[list[Operand]] | None:
         """The operands of each lane, in the order of the first lane; None if the order is undecided and not `at_last`."""
-        lanes = [self.alike.reads(i) for i in values]
+        lanes = [self.alike.code.signed(i) for i in values]
         if self.alike.op(values[0]) not in (ADD, MUL):
             return lanes
         kept = [self._in_order(lanes[0], own, twin) for own, twin in zip(lanes, self.twins, strict=True)]
@@ -275,9 +261,10 @@ class _PackSearch:
             return 1
         if not deep or a < first or x < first:
             return 0
-        others = [o.value for o in self.alike.reads(x)]
+        others = [o.value for o in self.alike.code.signed(x)]
         return sum(
-            max((self._shared(o.value, y, twin, deep - 1) for y in others), default=0) for o in self.alike.reads(a)
+            max((self._shared(o.value, y, twin, deep - 1) for y in others), default=0)
+            for o in self.alike.code.signed(a)
         )
 
     def _by_order(self, first: list[Operand], own: list[Operand]) -> bool:

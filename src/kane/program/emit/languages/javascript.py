@@ -3,8 +3,7 @@
 
 import json
 
-from kane.program.emit.identifiers import decimal
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import decimal, free_in
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
@@ -39,7 +38,7 @@ function kane_pow(x, p) { // as C has it: 1 to any power, and -1 to an infinite 
 def emit_javascript(program: Program, *, version: str = "") -> str:
     """The text of the module; a matrix is one array in row-major order."""
     file = file_of(program, _JAVASCRIPT, ("defaults", "names"))
-    first, arguments = file.first.name, ", ".join(file.arguments)
+    first, arguments = file.first.name, file.arguments
     call = [
         f'Call:     import {{ {first} }} from "./{file.prefix}.mjs"; {first}({arguments}) with arrays for the vectors gives an',
         "          array, of matrices row by row. `defaults` are the parameters, `names` what the ports hold.",
@@ -48,19 +47,13 @@ def emit_javascript(program: Program, *, version: str = "") -> str:
     lines = [f"// {line}".rstrip() for line in head(file, version, call)]
     lines += ["", f"export const defaults = [{numbers_of(program, _JAVASCRIPT)}];"]
     lines += [f"export const names = {json.dumps(names)};"]
-    hoist, *routines = file.functions
-    lines += _function(hoist, ", ".join(file.hoisted), "h", "")
-    for f in routines:
-        lines += _function(f, arguments, "out", f"    const h = {hoist.name}({', '.join(file.hoisted)});")
+    for f in file.functions:
+        lines += _function(f)
     return "\n".join([*lines, _POW if "pow" in file.used else ""])
 
 
-def _function(f: Emitted, arguments: str, target: str, first: str) -> list[str]:
-    lines = ["", f"export function {f.name}({arguments}) {{", *([first] if first else [])]
-    return [
-        *lines,
-        f"    const {target} = new Array({len(f.function.results)});",
-        *f.lines,
-        f"    return {target};",
-        "}",
-    ]
+def _function(f: Emitted) -> list[str]:
+    lines = ["", f"export function {f.name}({f.given}) {{"]
+    lines += [f"    const h = {f.hoisting};"] if f.hoisting else []
+    lines += [f"    const {f.target} = new Array({len(f.function.results)});", *f.lines]
+    return [*lines, f"    return {f.target};", "}"]

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as a Julia module, generic in the number type, so that it accepts the dual numbers of ForwardDiff."""
 
-from kane.program.emit.identifiers import decimal
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import decimal, free_in
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
@@ -38,7 +37,7 @@ def emit_julia(program: Program, *, version: str = "") -> str:
     """The text of `<Name>.jl`; results are vectors or matrices."""
     file = file_of(program, _JULIA, ("defaults", "T"))
     module = file.prefix[:1].upper() + file.prefix[1:] + "Model"
-    first, arguments = file.first.name, ", ".join(file.arguments)
+    first, arguments = file.first.name, file.arguments
     call = [
         f'Call:     include("{file.prefix}.jl"); {module}.{first}({arguments}) with vectors; {module}.defaults are the parameters.',
         f"          In OrdinaryDiffEq: ODEProblem((x, p, t) -> {module}.{file.functions[1].name if program.routines else 'hoist'}"
@@ -49,24 +48,18 @@ def emit_julia(program: Program, *, version: str = "") -> str:
     for name in sorted(file.used & _DOMAINS.keys()):
         lines.append(f"kane_{name}(x) = {_DOMAINS[name]} ? oftype(x, NaN) : {name}(x)")
     lines += [_POW] if "pow" in file.used else []
-    hoist, *routines = file.functions
-    lines += _function(file, hoist, "h")
-    for f in routines:
-        lines += _function(file, f, "out")
+    for f in file.functions:
+        lines += _function(file, f)
     return "\n".join([*lines, "", "end", ""])
 
 
-def _function(file: File, f: Emitted, target: str) -> list[str]:
-    hoisting = target == "h"
-    given = file.hoisted if hoisting else file.arguments
-    scalars = {file.names.arguments[p.name] for p in file.program.ports if p.scalar}
-    types = ", ".join(f"typeof({a})" if a in scalars else f"eltype({a})" for a in given)
-    lines = ["", f"function {f.name}({', '.join(given)})"]
-    if not hoisting:
-        lines.append(f"    h = {file.functions[0].name}({', '.join(file.hoisted)})")
+def _function(file: File, f: Emitted) -> list[str]:
+    names = file.names.arguments
+    types = ", ".join(f"{'typeof' if p.scalar else 'eltype'}({names[p.name]})" for p in f.function.ports)
+    lines = ["", f"function {f.name}({f.given})"]
+    lines += [f"    h = {f.hoisting}"] if f.hoisting else []
     lines += [f"    T = promote_type(Float64{', ' if types else ''}{types})"]
-    lines += [f"    {target} = Vector{{T}}(undef, {len(f.function.results)})", *f.lines]
-    shape = () if hoisting else file.program.routine(f.function.name).shape
-    if len(shape) == 2:
-        lines.append(f"    out = permutedims(reshape(out, {shape[1]}, {shape[0]}))")
-    return [*lines, f"    return {target}", "end"]
+    lines += [f"    {f.target} = Vector{{T}}(undef, {len(f.function.results)})", *f.lines]
+    if len(f.shape) == 2:
+        lines.append(f"    out = permutedims(reshape(out, {f.shape[1]}, {f.shape[0]}))")
+    return [*lines, f"    return {f.target}", "end"]

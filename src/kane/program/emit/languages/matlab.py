@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as one MATLAB function file, which Octave runs too: `m = model()` returns a struct of function handles."""
 
-from kane.program.emit.identifiers import decimal
-from kane.program.emit.languages.reserved import free_in
-from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
+from kane.program.emit.identifiers import decimal, free_in
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _REAL = "sqrt log asin acos sign"
@@ -48,36 +47,28 @@ _HELPERS = {
 def emit_matlab(program: Program, *, version: str = "") -> str:
     """The text of `<name>.m`; results are column vectors or matrices."""
     file = file_of(program, _MATLAB, ("m", "s", "c", "a", "b", "y"))
-    prefix, arguments = file.prefix, ", ".join(file.arguments)
+    prefix, arguments = file.prefix, file.arguments
     first = file.first.name
     call = [
         f"Call:     m = {prefix}() from a file {prefix}.m; then m.{first}({arguments}) with columns",
         "          for the vectors. m.defaults are the parameters;",
         f"          [t, x] = ode45(@(t, x) m.{first}(t, x, m.defaults, []), [0 5], x0).",
     ]
-    hoist, *routines = file.functions
     lines = [f"function m = {prefix}()"]
     lines += [f"% {line}".rstrip() for line in head(file, version, call, 1, "()")]
     lines += [f"m = struct('defaults', [{numbers_of(program, _MATLAB).replace(', ', '; ')}]);"]
     lines += [f"m.{f.name} = @{f.name};" for f in file.functions]
-    lines += ["end", *_function(file, hoist, "h")]
-    for f in routines:
-        lines += _function(file, f, "out")
+    lines += ["end", *(line for f in file.functions for line in _function(f))]
     for name in sorted(file.used & _HELPERS.keys()):
         given, body = _HELPERS[name]
         lines += ["", f"function y = kane_{name}({given})", body, "end"]
     return "\n".join([*lines, ""])
 
 
-def _function(file: File, f: Emitted, target: str) -> list[str]:
-    hoisting = target == "h"
-    arguments = ", ".join(file.hoisted if hoisting else file.arguments)
-    lines = ["", f"function {target} = {f.name}({arguments})"]
-    if not hoisting:
-        lines.append(f"    h = {file.functions[0].name}({', '.join(file.hoisted)});")
-    lines += [f"    {target} = zeros({len(f.function.results)}, 1);", *f.lines]
-    shape = () if hoisting else file.program.routine(f.function.name).shape
-    if len(shape) == 2:
-        rows, columns = shape
-        lines.append(f"    out = reshape(out, {columns}, {rows})';")
+def _function(f: Emitted) -> list[str]:
+    lines = ["", f"function {f.target} = {f.name}({f.given})"]
+    lines += [f"    h = {f.hoisting};"] if f.hoisting else []
+    lines += [f"    {f.target} = zeros({len(f.function.results)}, 1);", *f.lines]
+    if len(f.shape) == 2:
+        lines.append(f"    out = reshape(out, {f.shape[1]}, {f.shape[0]})';")
     return [*lines, "end"]

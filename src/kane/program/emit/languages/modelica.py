@@ -4,8 +4,7 @@
 Modelica has no NaN: an assertion or an error of the tool takes its place.
 """
 
-from kane.program.emit.identifiers import c_comment, decimal
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import c_comment, decimal, free_in
 from kane.program.emit.languages.straight import (
     GONE_TEXT,
     Emitted,
@@ -56,16 +55,14 @@ def emit_modelica(program: Program, *, version: str = "") -> str:
     """The text of `<name>.mo`; results are vectors, matrices in row-major order."""
     file = file_of(program, _MODELICA, ("kane_regular",))
     call = [
-        f"Call:     {file.prefix}.{file.first.name}({', '.join(file.arguments)}), of matrices row by row;",
+        f"Call:     {file.prefix}.{file.first.name}({file.arguments}), of matrices row by row;",
         f"          {file.prefix}.Motion is a block with the state x, the parameters p and the inputs r.",
     ]
-    hoist, *routines = file.functions
     lines = [f"// {line}".rstrip() for line in head(file, version, call, 1)]
     lines += [f'package {file.prefix} "{_text(program)}"', *([_REGULAR] if "regular" in file.used else [])]
-    lines += _function(file, hoist, "h")
-    for f in routines:
-        lines += _function(file, f, "out")
-    motion = next((f.name for f in routines if f.function.name == "rhs"), None)
+    for f in file.functions:
+        lines += _function(file, f)
+    motion = next((f.name for f in file.functions[1:] if f.function.name == "rhs"), None)
     lines += _motion(file, motion) if motion else []
     return "\n".join([*lines, f"end {file.prefix};", ""])
 
@@ -74,18 +71,15 @@ def _text(program: Program) -> str:
     return c_comment(f"{program.name}: {program.subject}").replace('"', "'")
 
 
-def _function(file: File, f: Emitted, target: str) -> list[str]:
-    program, hoisting = file.program, target == "h"
-    ports = program.hoisted_ports if hoisting else program.ports
+def _function(file: File, f: Emitted) -> list[str]:
     lines = ["", f"  function {f.name}"]
-    for port in ports:
+    for port in f.function.ports:
         size = "" if port.scalar else f"[{len(port.symbols)}]"
         lines.append(f"    input Real {file.names.arguments[port.name]}{size};")
-    lines.append(f"    output Real {target}[{len(f.function.results)}];")
-    local = [line.split(" := ")[0].strip() for line in f.lines if not line.strip().startswith(f"{target}[")]
-    hoist = file.functions[0]
-    if not hoisting:
-        local.insert(0, f"h[{len(program.kept)}] = {hoist.name}({', '.join(file.hoisted)})")
+    lines.append(f"    output Real {f.target}[{len(f.function.results)}];")
+    local = [line.split(" := ")[0].strip() for line in f.lines if not line.strip().startswith(f"{f.target}[")]
+    if f.hoisting:
+        local.insert(0, f"h[{len(file.program.kept)}] = {f.hoisting}")
     if local:
         lines += ["  protected", *(f"    Real {name};" for name in local)]
     return [*lines, "  algorithm", *f.lines, f"  end {f.name};"]

@@ -139,6 +139,11 @@ def shape_text(routine: Routine) -> str:
     return " by ".join(map(str, routine.shape)) or "a number"
 
 
+def described(routine: Routine) -> str:
+    """The docstring of a routine, indented."""
+    return f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}"
+
+
 def few(labels: Sequence[str], count: int = 6) -> str:
     """The first `count` labels."""
     return ", ".join(labels[:count]) + (", …" if len(labels) > count else "")
@@ -181,7 +186,7 @@ def _routine(module: PythonModule, routine: Routine, name: str) -> str:
     lines = [
         "",
         f"def {name}({signature(module)}):",
-        f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}",
+        described(routine),
         f"    h = hoist({module.arguments(program.hoisted_ports)})",
         *(_converted(module, port) for port in program.ports),
         f"    shape = np.broadcast_shapes({shapes})",

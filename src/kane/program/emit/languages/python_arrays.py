@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from kane.expr.ops import Op
-from kane.program.emit.identifiers import decimal, python_docstring
-from kane.program.emit.languages.numpy import few, leading, python_module, python_table, shape_text, signature
-from kane.program.emit.languages.reserved import free_in_module
+from kane.program.emit.identifiers import decimal, free_in_module
+from kane.program.emit.languages.numpy import described, leading, python_module, python_table, signature
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head
 from kane.program.program import Port, Program
 
@@ -51,6 +50,13 @@ def _forms(xp: str) -> Mapping[Op, str]:
     )
 
 
+def _language(xp: str, *own: str, all_wrapped: bool = False) -> Language:
+    """The language of the library `xp`; modules import the names `own`."""
+    free, at, kept = free_in_module(*own, "NAN", "INFINITY"), "{0}[..., {1}]", "{0}[{1}]"
+    given = (_forms(xp), _number, free, "#")
+    return Language(*given, at=at, at_kept=kept, listed=True, wrapped="_number({0})", all_wrapped=all_wrapped)
+
+
 _VECTOR = '''\
 def _number(value):
     return {number}
@@ -73,16 +79,7 @@ def _packed(out, leading, own):
     return {stacked}.reshape((*leading, *own))
 '''
 _JAX = _Arrays(
-    Language(
-        _forms("jnp"),
-        _number,
-        free_in_module("jnp", "jax", "NAN", "INFINITY"),
-        "#",
-        at="{0}[..., {1}]",
-        at_kept="{0}[{1}]",
-        listed=True,
-        wrapped="_number({0})",
-    ),
+    _language("jnp", "jnp", "jax"),
     "import jax.numpy as jnp",
     _VECTOR.format(
         number="jnp.asarray(value, dtype=float)",
@@ -96,17 +93,7 @@ _JAX = _Arrays(
     ),
 )
 _TORCH = _Arrays(
-    Language(
-        _forms("torch"),
-        _number,
-        free_in_module("torch", "NAN", "INFINITY"),
-        "#",
-        at="{0}[..., {1}]",
-        at_kept="{0}[{1}]",
-        listed=True,
-        wrapped="_number({0})",
-        all_wrapped=True,
-    ),
+    _language("torch", "torch", all_wrapped=True),
     "import torch",
     _VECTOR.format(
         number="torch.as_tensor(value, dtype=torch.float64)",
@@ -140,7 +127,7 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
     file = file_of(program, arrays.language, (*_OWN, *tables.values(), *drawn.defaults.values()))
     module = replace(drawn, names=file.names)
     call = [
-        f"Call: {file.first.name}({', '.join(file.arguments)}), vectors on the last axis, further axes before it; "
+        f"Call: {file.first.name}({file.arguments}), vectors on the last axis, further axes before it; "
         "the tables say what they hold.",
         *(f"      {line.format(f=file.first.name)}" for line in arrays.call),
     ]
@@ -165,8 +152,8 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
             "",
             "",
             f"def {f.name}({signature(module)}):",
-            f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}",
-            f"    h = {hoist.name}({', '.join(file.hoisted)})",
+            described(routine),
+            f"    h = {f.hoisting}",
             *(_converted(file, port, tables) for port in program.ports),
             f"    leading = {arrays.shapes}({shapes})",
             *f.lines,
@@ -179,7 +166,7 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
 def _hoist(file: File, f: Emitted, tables: Mapping[Port, str]) -> list[str]:
     return [
         "",
-        f"def {f.name}({', '.join(file.hoisted)}):",
+        f"def {f.name}({f.given}):",
         '    """What depends on parameters alone, a list: the routines call it themselves."""',
         *(_converted(file, port, tables) for port in file.program.hoisted_ports),
         *f.lines,

@@ -3,10 +3,9 @@
 
 import math
 
-from kane.program.emit.identifiers import decimal, python_comment, python_docstring
-from kane.program.emit.languages.numpy import few, shape_text
-from kane.program.emit.languages.reserved import free_in_module
-from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
+from kane.program.emit.identifiers import decimal, free_in_module, python_comment
+from kane.program.emit.languages.numpy import described
+from kane.program.emit.languages.straight import GONE_TEXT, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _CASADI = Language(
@@ -36,8 +35,7 @@ def emit_casadi(program: Program, *, version: str = "") -> str:
     """The text of a module; each routine is a function of SX, DM or numbers."""
     file = file_of(program, _CASADI, ("SIZES", "DEFAULTS", "ROUTINES", "function", "out", "routine", "given"))
     hoist, *routines = file.functions
-    arguments = ", ".join(file.arguments)
-    first = file.first.name
+    arguments, first = file.arguments, file.first.name
     call = [
         f"Call: {first}({arguments}) with columns of SX or DM; function({first}) is",
         "      the casadi.Function of these arguments; DEFAULTS are the parameters. fmin and fmax pass no NaN on.",
@@ -54,17 +52,17 @@ def emit_casadi(program: Program, *, version: str = "") -> str:
         f"DEFAULTS = [{numbers_of(program, _CASADI)}]",
         "",
         "",
-        f"def {hoist.name}({', '.join(file.hoisted)}):",
+        f"def {hoist.name}({hoist.given}):",
         '    """What depends on parameters alone: the routines call it themselves."""',
         *hoist.lines,
         *hoist.listed("    "),
         "    return out",
     ]
     for f in routines:
-        parts += ["", "", f"def {f.name}({arguments}):", *_described(file, f)]
-        parts += [f"    h = {hoist.name}({', '.join(file.hoisted)})", *f.lines, *f.listed("    ")]
-        shape = program.routine(f.function.name).shape
-        whole = f"ca.reshape(ca.vertcat(*out), {shape[1]}, {shape[0]}).T" if len(shape) == 2 else "ca.vertcat(*out)"
+        parts += ["", "", f"def {f.name}({arguments}):", described(program.routine(f.function.name))]
+        parts += [f"    h = {f.hoisting}", *f.lines, *f.listed("    ")]
+        shape, whole = f.shape, "ca.vertcat(*out)"
+        whole = f"ca.reshape({whole}, {shape[1]}, {shape[0]}).T" if len(shape) == 2 else whole
         parts.append(f"    return {whole}")
     return "\n".join([*parts, _FUNCTION])
 
@@ -76,11 +74,6 @@ def function(routine):
     given = [ca.SX.sym(name, size) for name, size in SIZES.items()]
     return ca.Function(routine.__name__, given, [ca.SX(routine(*given))], list(SIZES), [routine.__name__ + "_"])
 '''
-
-
-def _described(file: File, f: Emitted) -> list[str]:
-    routine = file.program.routine(f.function.name)
-    return [f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}"]
 
 
 def _sympy_number(value: float) -> str:
@@ -161,6 +154,6 @@ def emit_sympy(program: Program, *, version: str = "") -> str:
         scalars = [
             f"    ({file.names.arguments[p.name]},) = {file.names.arguments[p.name]}" for p in program.ports if p.scalar
         ]
-        parts += ["", f"def {f.name}():", *_described(file, f), *ports, *scalars, "    steps = Steps()"]
-        parts += [*f.lines, *f.listed("    "), "    return steps, out", ""]
+        parts += ["", f"def {f.name}():", described(program.routine(f.function.name)), *ports, *scalars]
+        parts += ["    steps = Steps()", *f.lines, *f.listed("    "), "    return steps, out", ""]
     return "\n".join(parts)

@@ -4,11 +4,8 @@
 Mathematical functions, which `core` lacks, are those of the C library; sines and cosines are those of `emit/sincos.py`, as in C.
 """
 
-from collections.abc import Sequence
-
 from kane.expr.ops import COS, SIN
-from kane.program.emit.identifiers import c_comment, decimal, identifier, made_by
-from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.identifiers import c_comment, decimal, free_in, identifier, made_by
 from kane.program.emit.languages.straight import (
     GONE_TEXT,
     Emitted,
@@ -20,10 +17,10 @@ from kane.program.emit.languages.straight import (
     head,
     numbers_of,
 )
-from kane.program.emit.sincos import LIMIT, STEPS, constant
+from kane.program.emit.sincos import LIMIT, STEP_FORMS, STEPS, constant
 from kane.program.emit.walk import Style
 from kane.program.kernel import language
-from kane.program.program import Port, Program
+from kane.program.program import Program
 
 _CALLED = "sqrt tan asin acos atan sinh cosh tanh exp log floor"
 _RUST = Language(
@@ -70,7 +67,6 @@ fn kane_sincos(x: f64) -> (f64, f64) {{
     let change = ((s_bits ^ c_bits) & mask) ^ ((n_bits & 2) << 62);
     (f64::from_bits(s_bits ^ change), f64::from_bits(c_bits ^ change ^ (odd << 63)))
 }}"""
-_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "({0} * {1}) + {2}"}
 
 
 def _operand(name: str) -> str:
@@ -109,8 +105,8 @@ def emit_rust(program: Program, *, version: str = "") -> str:
     file = file_of(program, _RUST, ("w", "DEFAULTS"), style=_STYLE, printer=RustPrinter)
     hoist, *routines = file.functions
     call = [
-        f"Call: {hoist.name}({', '.join(['&' + a for a in file.hoisted] + ['&mut h'])}) once for each set of parameters; then",
-        *(f"      {f.name}({_passed(file)}, &h, &mut out)," for f in routines),
+        f"Call: {hoist.name}({', '.join([*_passed(file, hoist), '&mut h'])}) once for each set of parameters; then",
+        *(f"      {f.name}({', '.join(_passed(file, f))}, &h, &mut out)," for f in routines),
         "      arrays of doubles, of matrices row by row. Without std: link C's library of mathematics (-lm).",
     ]
     lines = [f"// {line}".rstrip() for line in head(file, version, call)]
@@ -122,31 +118,24 @@ def emit_rust(program: Program, *, version: str = "") -> str:
     return "\n".join([*lines, *_helpers(file.used), ""])
 
 
-def _passed(file: File) -> str:
-    ports = file.program.ports
-    return ", ".join(file.names.arguments[p.name] if p.scalar else f"&{file.names.arguments[p.name]}" for p in ports)
-
-
-def _declared(file: File, ports: Sequence[Port]) -> list[str]:
-    names = file.names.arguments
-    return [f"{names[p.name]}: {'f64' if p.scalar else f'&[f64; {len(p.symbols)}]'}" for p in ports]
+def _passed(file: File, f: Emitted) -> list[str]:
+    return [f"{'' if p.scalar else '&'}{file.names.arguments[p.name]}" for p in f.function.ports]
 
 
 def _function(file: File, f: Emitted) -> list[str]:
     """The definition of a function; a long block is split into several functions and one that calls them in turn."""
-    program, hoisting = file.program, f is file.functions[0]
-    ports = program.hoisted_ports if hoisting else program.ports
-    target, size = ("h", len(program.kept)) if hoisting else ("out", len(f.function.results))
-    given = [*_declared(file, ports), *([] if hoisting else [f"h: &[f64; {len(program.kept)}]"])]
-    given.append(f"{target}: &mut [f64; {size}]")
-    names = [g.partition(":")[0] for g in given]
+    names, ports = file.names.arguments, f.function.ports
+    given = [f"{names[p.name]}: {'f64' if p.scalar else f'&[f64; {len(p.symbols)}]'}" for p in ports]
+    given += [f"h: &[f64; {len(file.program.kept)}]"] if f.hoisting else []
+    given.append(f"{f.target}: &mut [f64; {len(f.function.results)}]")
+    passed = [g.partition(":")[0] for g in given]
     lines = [""]
     if len(f.parts) > 1:
         work = f"w: &mut [f64; {max(1, f.slots)}]"
         for k, part in enumerate(f.parts):
             lines += ["#[inline(never)]", f"fn kane_{f.name}_part{k}({', '.join([*given, work])}) {{", *part, "}", ""]
         body = [f"    let mut w = [0.0f64; {max(1, f.slots)}];"]
-        body += [f"    kane_{f.name}_part{k}({', '.join([*names, '&mut w'])});" for k in range(len(f.parts))]
+        body += [f"    kane_{f.name}_part{k}({', '.join([*passed, '&mut w'])});" for k in range(len(f.parts))]
     else:
         body = list(f.lines)
     return [*lines, f"pub fn {f.name}({', '.join(given)}) {{", *body, "}"]
@@ -158,7 +147,7 @@ def _helpers(used: set[str]) -> list[str]:
     if used & {"abs", "regular", "sincos"}:
         lines.append(_ABS)
     if "sincos" in used:
-        steps = "\n".join(f"    let {n}: f64 = {_STEP[form].format(*map(_operand, o))};" for n, form, *o in STEPS)
+        steps = "\n".join(f"    let {n}: f64 = {STEP_FORMS[form].format(*map(_operand, o))};" for n, form, *o in STEPS)
         lines.append(_SINCOS.format(limit=LIMIT, steps=steps))
         outside |= {"sin": 1, "cos": 1}
     own = {name: 2 if name in ("pow", "atan2") else 1 for name in [*_CALLED.split(), "pow", "atan2"] if name in used}

@@ -18,7 +18,17 @@ from kane.program.emit.identifiers import (
     local_names,
     made_by,
 )
-from kane.program.emit.walk import KEPT, Function, NamedPrinter, Style, function_of, hoisting, pieces, statements
+from kane.program.emit.walk import (
+    KEPT,
+    VECTORS,
+    Function,
+    NamedPrinter,
+    Style,
+    function_of,
+    hoisting,
+    pieces,
+    statements,
+)
 from kane.program.kernel import language
 from kane.program.program import Program
 
@@ -102,15 +112,25 @@ class StraightPrinter(NamedPrinter):
 class Emitted:
     """A function as printed in one language: the lines of its parts, and `used`, the names of its operations.
 
-    `slots` is the length of the work array that passes values between parts; `results` are (value, label) in a listed language.
+    `given` are the names of its arguments, `hoisting` is the call that gives h, "" in the hoisting function itself, `shape` that of a
+    routine's result. `slots` is the length of the work array that passes values between parts; `results` are (value, label) in a
+    listed language.
     """
 
     function: Function
     name: str
+    given: str
+    hoisting: str
+    shape: tuple[int, ...]
     parts: tuple[tuple[str, ...], ...]
     slots: int
     results: tuple[tuple[str, str], ...]
     used: frozenset[str]
+
+    @property
+    def target(self) -> str:
+        """The name of the vector of results."""
+        return VECTORS[self.function.target]
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -143,14 +163,9 @@ class File:
         return {name for f in self.functions for name in f.used}
 
     @property
-    def arguments(self) -> list[str]:
-        """The names of the ports."""
-        return [self.names.arguments[port.name] for port in self.program.ports]
-
-    @property
-    def hoisted(self) -> list[str]:
-        """The names of the parameter ports."""
-        return [self.names.arguments[port.name] for port in self.program.hoisted_ports]
+    def arguments(self) -> str:
+        """The names of the ports, the arguments of routines."""
+        return ", ".join(self.names.arguments[port.name] for port in self.program.ports)
 
 
 def file_of(
@@ -176,8 +191,10 @@ def file_of(
     wanted = [hoisting(program), *(function_of(program, r) for r in program.routines)]
     if whole:
         wanted = [unhoisted(program, f) for f in wanted]
+    given = [", ".join(names.arguments[port.name] for port in f.ports) for f in wanted]
+    shapes, hoist = [(), *(r.shape for r in program.routines)], f"{called[0]}({given[0]})"
     written = []
-    for f, name in zip(wanted, called, strict=True):
+    for f, name, own_given, shape in zip(wanted, called, given, shapes, strict=True):
         found = pieces(program, f, style)
         numbers = range(len(program.inputs), program.first)
         parts, results, used = [], [], set[str]()
@@ -187,7 +204,8 @@ def file_of(
             parts.append(tuple(own_lines.lines))
             results += own_lines.results
             used |= own_lines.used
-        written.append(Emitted(f, name, tuple(parts), found.slots, tuple(results), frozenset(used)))
+        heading = (f, name, own_given, hoist if f is not wanted[0] else "", shape)
+        written.append(Emitted(*heading, tuple(parts), found.slots, tuple(results), frozenset(used)))
     return File(program, prefix, names, tuple(written))
 
 

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Specialization of a kernel to known integers: constants are propagated, branches on them resolved, array offsets made constant.
+"""Kernels from kernels: specialization to known integers, and scalarization. The results are the same bits.
 
-Floating-point operations and their order are unchanged, so that the results are the same bits. An index at a constant distance from
-another one is computed at its use, because the targets add constant offsets to addresses at no cost.
+Where integers are known, constants are propagated, branches on them resolved, and array offsets made constant. Floating-point
+operations and their order are unchanged. An index at a constant distance from another one is computed at its use, because the targets
+add constant offsets to addresses at no cost.
+
+In a scalarized kernel vector values are several scalar values, so that lanes can hold instances of the kernel instead.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,22 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from kane.program.kernel import language
-from kane.program.kernel.language import (
-    BOOL,
-    FLOAT,
-    INT,
-    Address,
-    Block,
-    Compute,
-    Immediate,
-    Integer,
-    Kernel,
-    Operand,
-    Statement,
-    Value,
-    verified_kernel,
-    without_unused,
-)
+from kane.program.kernel.language import INT, Block, Compute, Immediate, Kernel, Operand, Statement, Value, type_of
 
 _FOLDED: Mapping[str, Callable[..., Any]] = {
     "add": lambda a, b: a + b,
@@ -43,13 +31,15 @@ _FOLDED: Mapping[str, Callable[..., Any]] = {
 
 def specialized(kernel: Kernel, integers: Mapping[str, int]) -> Kernel:
     """The kernel with constants for these integers, which are no longer arguments, and without unused arguments."""
-    known = {a.value: integers[a.name] for a in kernel.arguments if isinstance(a, Integer) and a.name in integers}
+    known = {
+        a.value: integers[a.name] for a in kernel.arguments if isinstance(a, language.Integer) and a.name in integers
+    }
     body = _Specializer(kernel, {v: Immediate(INT, k) for v, k in known.items()}).block(kernel.body)
-    arguments = tuple(a for a in kernel.arguments if not (isinstance(a, Integer) and a.name in integers))
-    found = without_unused(replace(kernel, arguments=arguments, body=body))
+    arguments = tuple(a for a in kernel.arguments if not (isinstance(a, language.Integer) and a.name in integers))
+    found = language.without_unused(replace(kernel, arguments=arguments, body=body))
     used = _names(found.body)
-    own = tuple(a for a in arguments if isinstance(a, Integer) or a.name in used)
-    return verified_kernel(replace(found, arguments=own))
+    own = tuple(a for a in arguments if isinstance(a, language.Integer) or a.name in used)
+    return language.verified_kernel(replace(found, arguments=own))
 
 
 class _Specializer:
@@ -58,7 +48,7 @@ class _Specializer:
     def __init__(self, kernel: Kernel, known: dict[Value, Operand]) -> None:
         self.known = known
         self.apart: dict[Value, tuple[Value, int]] = {}
-        self.last = max(_numbers(kernel.body), default=0) + len(kernel.arguments)
+        self.last = max(language.numbers(kernel.body), default=0) + len(kernel.arguments)
         self.done: list[Statement] = []
 
     def block(self, block: Block) -> Block:
@@ -106,7 +96,7 @@ class _Specializer:
             self.done.append(s._replace(value=self.operand(s.value)))
         elif isinstance(s, language.CallRoutine):
             given = tuple(
-                a._replace(offset=self.operand(a.offset)) if isinstance(a, Address) else self.operand(a)
+                a._replace(offset=self.operand(a.offset)) if isinstance(a, language.Address) else self.operand(a)
                 for a in s.arguments
             )
             self.done.append(s._replace(arguments=given))
@@ -134,7 +124,7 @@ class _Specializer:
         value, op = s.value, str(s.op)
         assert isinstance(value, Value)
         given = [self.plain(a) for a in s.arguments]
-        if language.type_of(given[0]) in (INT, BOOL) and value.type in (INT, BOOL, FLOAT):
+        if type_of(given[0]) in (INT, language.BOOL) and value.type in (INT, language.BOOL, language.FLOAT):
             found = self.result(op, value, given)
             if found is not None:
                 self.known[value] = found
@@ -162,22 +152,10 @@ class _Specializer:
             return Immediate(value.type, _FOLDED[op](*numbers))
         if op in ("and", "or") and numbers:
             other = next(a for a in given if not isinstance(a, Immediate))
-            return other if bool(numbers[0]) == (op == "and") else Immediate(BOOL, op == "or")
+            return other if bool(numbers[0]) == (op == "and") else Immediate(language.BOOL, op == "or")
         if op in ("add", "sub") and isinstance(given[1], Immediate) and given[1].value == 0:
             return given[0]
         return None
-
-
-def _numbers(block: Block) -> set[int]:
-    """The numbers of the values of a block."""
-    result: set[int] = set()
-    for s in block:
-        value = s.counter if isinstance(s, language.For) else getattr(s, "value", None)
-        if isinstance(value, Value):
-            result.add(value.number)
-        for inner in language._blocks(s):
-            result |= _numbers(inner)
-    return result
 
 
 def _names(block: Block) -> set[str]:
@@ -187,7 +165,109 @@ def _names(block: Block) -> set[str]:
         if isinstance(s, language.Read | language.Write):
             result.add(s.base)
         elif isinstance(s, language.CallRoutine):
-            result |= {s.callee.name, *(a.base for a in s.arguments if isinstance(a, Address))}
-        for inner in language._blocks(s):
+            result |= {s.callee.name, *(a.base for a in s.arguments if isinstance(a, language.Address))}
+        for inner in language.blocks(s):
             result |= _names(inner)
     return result
+
+
+_FOLDS = {"sum": "add", "largest": "max", "any": "or"}
+"""The binary operation of each reduction over lanes."""
+
+
+def narrowed(kernel: Kernel) -> Kernel:
+    """The kernel with values and cells of width 1 only, which computes the same bits."""
+    narrow = _Narrow(max(language.numbers(kernel.body), default=0))
+    body = narrow.block(kernel.body)
+    return replace(kernel, body=body, cells=tuple(one for cell in kernel.cells for one in _cells(cell)))
+
+
+def _cells(cell: language.Cell) -> list[language.Cell]:
+    if cell.type.width == 1:
+        return [cell]
+    return [language.Cell(f"{cell.name}_{k}", language.Type(cell.type.kind)) for k in range(cell.type.width)]
+
+
+class _Narrow:
+    """The values so far; `parts` maps the number of a vector value to its scalar values."""
+
+    def __init__(self, last: int) -> None:
+        self.last = last
+        self.parts: dict[int, list[Operand]] = {}
+
+    def new(self, type_: language.Type) -> Value:
+        """A new value."""
+        self.last += 1
+        return Value(self.last, language.Type(type_.kind))
+
+    def apart(self, operand: Operand) -> list[Operand]:
+        """The scalar operands of an operand, lane by lane."""
+        if isinstance(operand, Immediate) and isinstance(operand.value, tuple):
+            return [Immediate(language.FLOAT, v) for v in operand.value]
+        return self.parts[operand.number] if isinstance(operand, Value) and operand.number in self.parts else [operand]
+
+    def split(self, value: Operand) -> list[Operand]:
+        """New scalar values for a vector value."""
+        assert isinstance(value, Value)
+        self.parts[value.number] = [self.new(value.type) for _ in range(value.type.width)]
+        return self.parts[value.number]
+
+    def block(self, block: Block) -> Block:
+        """The statements of a block, scalarized."""
+        return tuple(one for s in block for one in self.statement(s))
+
+    def statement(self, s: Statement) -> list[Statement]:
+        """One or more scalar statements for a statement."""
+        if isinstance(s, Compute):
+            return self.compute(s)
+        if isinstance(s, language.Read | language.Write):
+            return self.pair_access(s)
+        if isinstance(s, language.Get | language.Put) and s.cell.type.width > 1:
+            own = self.split(s.value) if isinstance(s, language.Get) else self.apart(s.value)
+            pairs = zip(_cells(s.cell), own, strict=True)
+            return [
+                language.Get(v, c) if isinstance(s, language.Get) and isinstance(v, Value) else language.Put(c, v)
+                for c, v in pairs
+            ]
+        if isinstance(s, language.If):
+            return [s._replace(then=self.block(s.then), other=self.block(s.other))]
+        if isinstance(s, language.While):
+            return [s._replace(head=self.block(s.head), body=self.block(s.body))]
+        return [s._replace(body=self.block(s.body))] if isinstance(s, language.For) else [s]
+
+    def pair_access(self, s: language.Read | language.Write) -> list[Statement]:
+        """Loads or stores of consecutive elements of an array."""
+        width = type_of(s.value).width
+        if width == 1:
+            return [s]
+        own, done = self.split(s.value) if isinstance(s, language.Read) else self.apart(s.value), list[Statement]()
+        for k, value in enumerate(own):
+            at = self.new(INT)
+            done += [Compute(at, "add", (s.offset, Immediate(INT, k))), s._replace(value=value, offset=at)]
+        return done
+
+    def compute(self, s: Compute) -> list[Statement]:
+        """An operation lane by lane, or an operation that selects or combines lanes."""
+        arguments = [self.apart(a) for a in s.arguments]
+        if s.op == "lane":
+            return [Compute(s.value, "max", (arguments[0][s.lane],) * 2)]  # a copy
+        if s.op in _FOLDS:
+            return self.fold(s, arguments[0])
+        if type_of(s.value).width == 1:
+            return [s]
+        if str(s.op).startswith("splat"):
+            assert isinstance(s.value, Value)
+            self.parts[s.value.number] = arguments[0] * s.value.type.width
+            return []
+        own = zip(self.split(s.value), *arguments, strict=True)
+        return [Compute(value, s.op, tuple(given)) for value, *given in own]
+
+    def fold(self, s: Compute, parts: list[Operand]) -> list[Statement]:
+        """A reduction over lanes by repeated halving."""
+        done: list[Statement] = []
+        while len(parts) > 1:
+            half = len(parts) // 2
+            made: list[Operand] = [self.new(type_of(parts[0])) for _ in range(half)] if half > 1 else [s.value]
+            done += [Compute(v, _FOLDS[str(s.op)], (parts[k], parts[half + k])) for k, v in enumerate(made)]
+            parts = made
+        return done
