@@ -48,15 +48,18 @@ def split(a: Expr) -> tuple[Expr, Expr]:
     return ONE, a
 
 
-def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
-    """a + sign·b as one product, if a pattern applies: c x ± d x, c x y ± d x y, x (y z) ± y (x z), k sin² x + k cos² x; else None."""
-    if a.op is not b.op:
+def one_product(a: Expr, b: Expr, sign: int, both: bool) -> Expr | None:
+    """a + sign·b as a product, if a pattern applies: c x ± d x, c x y ± d x y, x (y z) ± y (x z), k sin² x + k cos² x; else None.
+
+    At least one is a product, `both` or not.
+    """
+    if not both:
         (ca, ra), (cb, rb) = split(a), split(b)
         return mul(total(ca, cb, sign), ra) if ra is rb else None
     (p, q), (r, s) = a.args, b.args
-    ao, bo = p.op, r.op
-    inner, other = ao is MUL or q.op is MUL, bo is MUL or s.op is MUL  # whether a factor is a product
-    if ao is CONST or bo is CONST or (inner and _has_number(a)) or (other and _has_number(b)):
+    po, qo, ro, so = p.op, q.op, r.op, s.op
+    inner, other = po is MUL or qo is MUL, ro is MUL or so is MUL  # whether a factor is a product
+    if po is CONST or ro is CONST or (inner and _has_number(p, q, po, qo)) or (other and _has_number(r, s, ro, so)):
         alike = _like_products(a, b, sign)
         if alike is not None:
             return alike
@@ -79,10 +82,9 @@ def _like_products(a: Expr, b: Expr, sign: int) -> Expr | None:
     return None
 
 
-def _has_number(a: Expr) -> bool:
-    """Whether a is a product with a factor that is a product with a numerical coefficient."""
-    x, y = a.args
-    return (x.op is MUL and x.args[0].op is CONST) or (y.op is MUL and y.args[0].op is CONST)
+def _has_number(x: Expr, y: Expr, xo: Op, yo: Op) -> bool:
+    """Whether x or y, of the operations xo and yo, is a product with a numerical coefficient."""
+    return (xo is MUL and x.args[0].op is CONST) or (yo is MUL and y.args[0].op is CONST)
 
 
 def _scaled_pairs(a: Expr) -> list[tuple[Expr, Expr, Expr]]:
@@ -210,12 +212,13 @@ def add(a: Expr, b: Expr) -> Expr:
     if bo is SUB and b.args[1] is a:
         return b.args[0]
     if ao is MUL or bo is MUL:
-        whole = one_product(a, b, 1)
+        whole = one_product(a, b, 1, ao is bo)
         if whole is not None:
             return whole
-    if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
-        return intern_pair(ADD, a, b)
-    return intern_pair(ADD, b, a)
+    x, y = a.key, b.key
+    if ao is CONST or (bo is not CONST and (x < y or (x == y and precedes(a, b)))):
+        return intern_pair(ADD, a, b, x, y)
+    return intern_pair(ADD, b, a, y, x)
 
 
 def sub(a: Expr, b: Expr) -> Expr:
@@ -238,12 +241,13 @@ def sub(a: Expr, b: Expr) -> Expr:
         if rest is not None:
             return rest
     if ao is MUL or bo is MUL:
-        whole = one_product(a, b, -1)
+        whole = one_product(a, b, -1, ao is bo)
         if whole is not None:
             return whole
-    if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
-        return intern_pair(SUB, a, b)
-    return neg(intern_pair(SUB, b, a))
+    x, y = a.key, b.key
+    if ao is CONST or (bo is not CONST and (x < y or (x == y and precedes(a, b)))):
+        return intern_pair(SUB, a, b, x, y)
+    return neg(intern_pair(SUB, b, a, y, x))
 
 
 def sum_of(terms: Iterable[Expr]) -> Expr:
@@ -282,12 +286,12 @@ def mul(a: Expr, b: Expr) -> Expr:
     """a b."""
     if a is ZERO or b is ZERO:
         return ZERO
+    if a is ONE:
+        return b
+    if b is ONE:
+        return a
     ao, bo = a.op, b.op
     if ao is CONST or bo is CONST:
-        if a is ONE:
-            return b
-        if b is ONE:
-            return a
         if ao is bo:
             return product(a, b)
         return _scaled(a, b) if ao is CONST else _scaled(b, a)
@@ -301,9 +305,10 @@ def mul(a: Expr, b: Expr) -> Expr:
             return cancelled
     if a is b and ao is SQRT:
         return a.args[0]
-    if a.key < b.key or (a.key == b.key and precedes(a, b)):
-        return intern_pair(MUL, a, b)
-    return intern_pair(MUL, b, a)
+    x, y = a.key, b.key
+    if x < y or (x == y and precedes(a, b)):
+        return intern_pair(MUL, a, b, x, y)
+    return intern_pair(MUL, b, a, y, x)
 
 
 def _times_quotient(a: Expr, b: Expr) -> Expr | None:
@@ -330,7 +335,7 @@ def _scaled(c: Expr, x: Expr) -> Expr:
         return neg(mul(c, x.args[0]))
     if x.op is MUL and x.args[0].op is CONST:
         return mul(product(c, x.args[0]), x.args[1])
-    return intern_pair(MUL, c, x)
+    return intern_pair(MUL, c, x, c.key, x.key)
 
 
 def div(a: Expr, b: Expr) -> Expr:
@@ -361,7 +366,7 @@ def div(a: Expr, b: Expr) -> Expr:
             return div(ONE, b.args[1])
         if b.args[1] is a:
             return div(ONE, b.args[0])
-    return intern_pair(DIV, a, b)
+    return intern_pair(DIV, a, b, a.key, b.key)
 
 
 _SHARES = {n: constant(Fraction(1, n)) for n in range(2, 17)}

@@ -22,7 +22,7 @@ import hashlib
 import math
 import sys
 import threading
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from fractions import Fraction
 from types import GeneratorType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
@@ -208,15 +208,15 @@ def intern_node(op: Op, *args: Expr) -> Expr:
     return enter(name, made, known)
 
 
-def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
-    """`intern_node` of a row's operation on two: nine of ten nodes are such. Written out flat, as most time is spent here."""
+def intern_pair(op: Op, a: Expr, b: Expr, of_a: int, of_b: int) -> Expr:
+    """`intern_node` of a row's operation on two, with their keys: nine of ten nodes are such. Flat, as most time is spent here."""
     args = (a, b)
     known: dict[tuple[Any, ...], Expr] = op.nodes
     node = known.get(args)
     if node is not None:
         return node
     made: Any = Blank()
-    made.op, made.args, made.key = op, args, hash((op.code, a.key, b.key))
+    made.op, made.args, made.key = op, args, hash((op.code, of_a, of_b))
     made.__class__ = Expr
     if _sweeping:
         return enter(args, made, known)
@@ -543,13 +543,15 @@ def postorder(roots: Iterable[Expr], known: set[Expr] | None = None) -> list[Exp
     for node in roots:
         if node in seen:
             continue
-        waiting: list[Expr] = []
+        waiting: list[tuple[Expr, Iterator[Expr]]] = []
+        left = iter(node.args)
         while True:
-            for a in node.args:
+            for a in left:
                 if a not in seen:
-                    if a.args:
-                        waiting.append(node)
-                        node = a
+                    below = a.args
+                    if below:
+                        waiting.append((node, left))
+                        node, left = a, iter(below)
                         break
                     seen.add(a)
                     order.append(a)
@@ -558,7 +560,7 @@ def postorder(roots: Iterable[Expr], known: set[Expr] | None = None) -> list[Exp
                 order.append(node)
                 if not waiting:
                     break
-                node = waiting.pop()
+                node, left = waiting.pop()
     return order
 
 

@@ -275,7 +275,8 @@ def _alike(node: Expr, args: Sequence[Expr]) -> Expr | None:
         return intern_single(NEG, args[0])
     if node.op is MUL or node.op is ADD:
         a, b = args
-        return intern_pair(node.op, a, b) if precedes(a, b) else intern_pair(node.op, b, a)
+        a, b = (a, b) if precedes(a, b) else (b, a)
+        return intern_pair(node.op, a, b, a.key, b.key)
     return None
 
 

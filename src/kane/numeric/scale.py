@@ -139,22 +139,22 @@ def bounded(roots: Iterable[Expr], values: Mapping[Any, Any], share: float = ROU
     order = postorder(wanted)
     with np.errstate(all="ignore"):
         for node in order:
-            op = node.op
-            if not node.args:
+            op, args = node.op, node.args
+            if not args:
                 known[node] = _leaf(node, values, share)
             elif op is MUL:
-                (a, s), (b, t) = known[node.args[0]], known[node.args[1]]
+                (a, s), (b, t) = known[args[0]], known[args[1]]
                 z = a * b
                 known[node] = z, abs(a) * t + abs(b) * s + s * t + abs(z) * ROUNDING
             elif op is ADD or op is SUB:
-                (a, s), (b, t) = known[node.args[0]], known[node.args[1]]
+                (a, s), (b, t) = known[args[0]], known[args[1]]
                 z = a + b if op is ADD else a - b
                 known[node] = z, s + t + abs(z) * ROUNDING
             elif op is NEG:
-                a, s = known[node.args[0]]
+                a, s = known[args[0]]
                 known[node] = -a, s
             else:
-                known[node] = _passed_on(op, [known[x] for x in node.args])
+                known[node] = _passed_on(op, [known[x] for x in args])
         if len(order) < _LONG:
             return [known[r] for r in wanted]
         changed = _changed(order, values, share)

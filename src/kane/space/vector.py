@@ -172,7 +172,8 @@ class Vector(Immutable):
 
     def components(self, frame: Frame) -> Triple:
         """Measure numbers along the axes of `frame`."""
-        return _components(self.parts, frame)
+        parts = self.parts
+        return parts[0][1] if len(parts) == 1 and parts[0][0] is frame else _components(parts, frame)
 
     def express(self, frame: Frame) -> Vector:
         """The same vector, written along the axes of `frame` alone."""
