@@ -62,8 +62,9 @@ def pytest_collection() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """What stays is not looked through again, either."""
+    """What stays is not looked through again, either, and what tests make, which is much, is looked through seldom."""
     gc.freeze()
+    gc.set_threshold(10_000, 20, 50)  # below those of a derivation, which are tested
     gc.enable()
 
 
