@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
 from kane.lazy_imports import offered as _offered
-from kane.motion.derivatives.backwards import AdjointSensitivities, Cost
-from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.motion_derivatives import AdjointSensitivities, Cost, Sensitivities
 from kane.motion.fitting.fit import fit
 from kane.motion.fitting.found import Fit
 from kane.motion.fitting.sensitivities import sensitivities

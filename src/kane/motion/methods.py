@@ -91,10 +91,7 @@ _NEEDS: tuple[tuple[Callable[[Equations, Sequence[Expr]], bool], Callable[[Integ
 )
 """Requirements of equations between two steps: whether they apply, whether an integrator meets them, and their text."""
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
-    (
-        lambda stepper, drives, by: bool(unheld(stepper)),
-        "constraints have corners or lose rank, or W has false poles",
-    ),
+    (lambda stepper, drives, by: bool(unheld(stepper)), "constraints have corners or lose rank, or W has false poles"),
     (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions of time or state in Python"),
     (
         lambda stepper, drives, by: following(drives) and _blind(stepper, by),

@@ -278,8 +278,7 @@ class KernelSolver:
             return False
         name = self.stiffness.comes_back(self.s)
         self._told(
-            "the equations are stiff no more",
-            f"steps of {self.method} are short enough for {name}, which continues",
+            "the equations are stiff no more", f"steps of {self.method} are short enough for {name}, which continues"
         )
         self._go_over(t, name)
         return True

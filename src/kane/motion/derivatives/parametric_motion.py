@@ -16,8 +16,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.adjoint import Adjoint, Seeds
-from kane.motion.derivatives.backwards import AdjointSensitivities
-from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.motion_derivatives import AdjointSensitivities, Sensitivities
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.derivatives.tangent_space import Side, allowed, basis_of, flow_of
 from kane.motion.derivatives.variation import Differential

@@ -22,7 +22,7 @@ from kane.equations.state import State, StateValues, by_keyword, guess, state_of
 from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
-from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.motion_derivatives import Sensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.derivatives.tangent_space import flow_of
 from kane.motion.fitting.found import Fit, FittedRun

@@ -8,8 +8,7 @@ from kane import expect
 from kane.equations.equations import Equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import SimulationError
-from kane.motion.derivatives.backwards import AdjointSensitivities
-from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.motion_derivatives import AdjointSensitivities, Sensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.program.native.machine import Settings
 from kane.progress import working

@@ -22,7 +22,7 @@ from kane.errors import Attributes, KaneError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
-from kane.motion.derivatives.backwards import AdjointSensitivities
+from kane.motion.derivatives.motion_derivatives import AdjointSensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion, interval
 from kane.motion.derivatives.pulling import Integrand, Pulling
 from kane.motion.fitting.least_cost import Limits, least_cost

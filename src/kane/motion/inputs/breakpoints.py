@@ -224,8 +224,13 @@ _ZERO = Data(np.zeros(1), np.zeros(2), np.zeros((2, 1)))
 """The data of a switch at zero."""
 
 
+def by_time(leaf: Expr) -> Expr:
+    """The derivative of a symbol with respect to time, on which no other symbol depends."""
+    return ONE if isinstance(leaf, Time) else ZERO
+
+
 def _turning(quantity: Expr, data: Data, most: int) -> Discontinuity:
-    slope = tangent(quantity, lambda leaf: ONE if isinstance(leaf, Time) else ZERO)
+    slope = tangent(quantity, by_time)
     return Discontinuity(quantity, None if time in free_symbols([slope]) else slope, data, most)
 
 

@@ -26,12 +26,12 @@ from kane.errors import SimulationError, cut
 from kane.expr.build import NODE_BUILDERS, add, neg
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import Walk, evaluate, free_symbols
-from kane.expr.node import ONE, ZERO, Expr, constant, postorder
+from kane.expr.node import Expr, constant, postorder
 from kane.expr.ops import CONST, OPS
 from kane.expr.piecewise import Piecewise, switches
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import fold, substituted
-from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
+from kane.motion.inputs.breakpoints import breakpoints, by_time, on_from, up_to
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port
@@ -98,11 +98,6 @@ class Formula:
     def smooth(self) -> bool:
         """Whether it has no corners."""
         return not any(node.op in CORNERS or isinstance(node.op, Piecewise) for node in postorder([self.expr]))
-
-
-def by_time(leaf: Expr) -> Expr:
-    """The derivative of a symbol with respect to time, on which no other symbol depends."""
-    return ONE if isinstance(leaf, Time) else ZERO
 
 
 def turning_laws(drives: Iterable[Any]) -> tuple[Expr, ...]:

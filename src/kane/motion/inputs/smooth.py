@@ -21,8 +21,8 @@ from kane.expr.node import Expr
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Time, time
 from kane.model.declarations import geometry
-from kane.motion.inputs.breakpoints import known_beforehand, on_from, up_to
-from kane.motion.inputs.expressions import Formula, by_time
+from kane.motion.inputs.breakpoints import by_time, known_beforehand, on_from, up_to
+from kane.motion.inputs.expressions import Formula
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS
 from kane.program.from_expressions import Task, build_program

@@ -19,12 +19,11 @@ from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.many import designs
 from kane.motion.many.chunks import Job
 from kane.motion.many.cluster import checked, spread
-from kane.motion.many.each import one_by_one
 from kane.motion.many.results import RecordedQuantity, quantities
 from kane.motion.many.stores import Store, write
 from kane.motion.many.stores import begun as opened
 from kane.motion.many.tiles import Ensemble, cores, cut_into, tiles_of
-from kane.motion.many.varied import begun, check_reduced, obstacle, tidied, varied_for
+from kane.motion.many.varied import begun, check_reduced, obstacle, one_by_one, tidied, varied_for
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
 from kane.motion.start import check_span, sample_times

@@ -128,11 +128,7 @@ def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters:
 
 
 def _again(
-    name: str,
-    drive: Any,
-    parameters: Mapping[Expr, Any],
-    state: tuple[Symbol, ...],
-    held: dict[int, SampleAndHold],
+    name: str, drive: Any, parameters: Mapping[Expr, Any], state: tuple[Symbol, ...], held: dict[int, SampleAndHold]
 ) -> Any:
     number = constant(drive)
     if number is not None:
