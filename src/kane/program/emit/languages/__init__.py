@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Languages in which Programs, not kernels, are printed, one module each; shared code is in `straight` and `reserved`."""
+"""Languages in which Programs, not kernels, are printed, one module each; shared code is in `straight`."""
