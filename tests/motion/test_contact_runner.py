@@ -367,6 +367,23 @@ def test_a_controller_is_called_once_at_each_instant_also_where_python_repeats_a
     agree(sol, other, 1e-9)
 
 
+@pytest.mark.parametrize("more", [{}, {"parameters": {"m": 5.0}}], ids=str)
+def test_a_motion_that_goes_on_asks_its_controllers_anew(more: Any) -> None:
+    """The kernel was ahead of the step at which the motion stopped, with other values of controllers and their states."""
+    eom = pushed()
+    inputs = {("F", "H"): kn.sampled(both, 0.01, state=0.0)}
+    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "samples": 31, "max_steps": 57, **TIGHT}
+
+    def ends(run: Any) -> list[Any]:
+        sol = run(eom, (0, 3), inputs=inputs, **options)
+        assert (sol.status, sol.steps) == ("stopped", 57)
+        return [run(eom, 2, start=sol, **more).states[-1] for _ in range(2)]
+
+    one, again = ends(kn.simulate)
+    assert np.array_equal(one, again)
+    np.testing.assert_allclose(one, ends(by_python)[0], rtol=0, atol=1e-8)
+
+
 @pytest.mark.parametrize(
     "law", [lambda x, u: 15 * kn.sin(3 * kn.time), lambda x, u: STEP, lambda x, u: 10 * kn.sin(3 * kn.time) - 2 * x - u]
 )

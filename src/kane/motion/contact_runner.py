@@ -407,15 +407,15 @@ class ContactRunner:
         while True:
             # after an interrupt the kernel returns at its next mode, which Python ends at once
             self._hold()
-            done = [len(one.times) for one in self.controllers]
+            for one in self.controllers:
+                one.keep()
             most, y = -1 if is_noted() else self.method.max_steps - self.steps, self.y.copy()
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most, at_once=self.at_once))
             self.given["tolerances"][2] = 0.0
             if any(hook.raised is not None for hook in self.hooks):
                 back = self._left_off(y, bool(pieces))
-            if not len(self.completed()):
-                for one, count in zip(self.controllers, done, strict=True):
-                    one.repeat(count)
+            for one in self.controllers:
+                one.done(repeats=not len(self.completed()))
             if back is Back.TAKE:  # Python repeats the mode: its steps do not count
                 self.s[[Slot.STEPS, Slot.RATES]] = self._rows()[len(self.completed()), [Record.STEPS, Record.RATES]]
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")

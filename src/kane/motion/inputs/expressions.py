@@ -339,7 +339,8 @@ def copied(controller: Sampled, names: tuple[str, ...]) -> Any:
 class SampleAndHold:
     """A sampled controller of the inputs `names` in one motion, with its sampling times and values so far.
 
-    `known` are the values after these, in reverse order, if a part of the motion is repeated: a controller is called once at a time.
+    `known` are the values and states after these, in reverse order, if a part of the motion is repeated: a controller is called once
+    at a time. `kept` are copies of the states since the beginning of a part that may be repeated, as controllers may change states.
     """
 
     controller: Sampled
@@ -348,11 +349,13 @@ class SampleAndHold:
     memory: Any
     times: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
-    known: list[Array] = field(default_factory=list)
+    known: list[tuple[Array, Any]] = field(default_factory=list)
+    kept: list[Any] = field(default_factory=list)
 
     def copy(self) -> "SampleAndHold":
         """The same controller with memory, times and values of its own, for a motion that goes on."""
-        return replace(self, memory=copy.deepcopy(self.memory), times=list(self.times), values=list(self.values))
+        own: dict[str, Any] = {"known": [], "kept": []}
+        return replace(self, memory=copy.deepcopy(self.memory), times=list(self.times), values=list(self.values), **own)
 
     def due(self, t: float, x: Array) -> bool:
         """Call the controller if its next sampling time has come; returns whether it has."""
@@ -361,9 +364,17 @@ class SampleAndHold:
         if t < up_to(at) and k:
             return False
         if self.known:
-            self.values.append(self.known.pop())
-            self.times.append(at)
-            return True
+            found, self.memory = self.known.pop()
+        else:
+            found = self._called(at, x)
+        self.values.append(found)
+        self.times.append(at)
+        if self.kept:
+            self.kept.append(copy.deepcopy(self.memory))
+        return True
+
+    def _called(self, at: float, x: Array) -> Array:
+        """The values at a sampling time; the state is then the next one."""
         given = (at, x.copy()) if self.memory is None else (at, x.copy(), self.memory)
         answer = asked(self.controller.function, given, self.names)
         if self.memory is not None:
@@ -379,14 +390,20 @@ class SampleAndHold:
                     f"{cut(repr(following))} after {cut(repr(self.memory))} at t = {at:.6g}. Check its divisors, or bound it."
                 )
             self.memory = following
-        self.values.append(numbers(answer, self.names, at))
-        self.times.append(at)
-        return True
+        return numbers(answer, self.names, at)
 
-    def repeat(self, count: int) -> None:
-        """Goes back to the first `count` sampling times."""
-        self.known += self.values[count:][::-1]
-        del self.times[count:], self.values[count:]
+    def keep(self) -> None:
+        """Begins a part of the motion that may be repeated."""
+        self.kept = [copy.deepcopy(self.memory)]
+
+    def done(self, repeats: bool) -> None:
+        """Ends that part; if the motion `repeats` it, the sampling times and the state are again those at its beginning."""
+        count = len(self.times) - len(self.kept) + 1
+        if repeats:
+            self.known += list(zip(self.values[count:], self.kept[1:], strict=True))[::-1]
+            self.memory = self.kept[0]
+            del self.times[count:], self.values[count:]
+        self.kept = []
 
     def instants(self, end: float) -> list[float]:
         """The sampling times after the start, up to the first one beyond `end`."""
