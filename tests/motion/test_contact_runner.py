@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.gallery.contacts import bouncing_ball, mass_on_belt, rocking_block, slider_crank_with_clearance
 from kane.motion import ContactMotion, ContactRunner
+from kane.progress import Interrupted
 from tests.examples import examples
 from tests.laws.test_contacts import started
 from tests.motion import test_contact_friction as friction
@@ -382,6 +383,30 @@ def test_a_motion_that_goes_on_asks_its_controllers_anew(more: Any) -> None:
     one, again = ends(kn.simulate)
     assert np.array_equal(one, again)
     np.testing.assert_allclose(one, ends(by_python)[0], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("period", [0.0, 0.01], ids=["function", "controller"])
+@pytest.mark.parametrize("error", [SystemExit, KeyboardInterrupt, Interrupted, TimeoutError])
+def test_an_exception_that_an_input_raises_once_ends_the_motion(error: Any, period: float) -> None:
+    eom, raised = pushed(), list[float]()
+
+    def once(t: float, x: Any) -> float:
+        if t > 1.7 and not raised:
+            raised.append(t)
+            raise error("once")
+        return pulled(t, x)
+
+    inputs = {"F": kn.sampled(once, period) if period else once, "H": 25 * kn.sin(5 * kn.time)}
+    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "inputs": inputs, "samples": 31, **TIGHT}
+    if error in (SystemExit, KeyboardInterrupt):
+        with pytest.raises(error, match="once"):
+            kn.simulate(eom, (0, 3), **options)
+    else:
+        sol = kn.simulate(eom, (0, 3), **options)
+        assert sol.status == "stopped"
+        assert 1 < sol.t[-1] < 1.7
+        assert ("TimeoutError" if error is TimeoutError else "interrupted by Ctrl-C at t = 1.") in sol.message
+    assert raised
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME, SIX_DIGITS
-from kane.progress import collecting_seldom
+from kane.progress import MESSAGE, Interrupted, collecting_seldom
 
 _MODES = 10_000_000
 _LAWS: dict[str, dict[str, Any]] = {
@@ -664,6 +664,8 @@ def run_with_contacts(
     try:
         with collecting_seldom():  # each mode keeps a few objects
             return _to_its_end(way, eom, given)
+    except Interrupted:
+        raise KeyboardInterrupt from None
     finally:
         way.ends()
 
@@ -671,7 +673,7 @@ def run_with_contacts(
 def _to_its_end(
     way: _ContactCourse, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]
 ) -> Solution:
-    """The motion to its end; "stopped" if an error occurs after its first piece."""
+    """The motion to its end; "stopped" if an error or an interrupt occurs after its first piece."""
     at, end = way.at, way.span[1]
     way.begins()
 
@@ -691,6 +693,10 @@ def _to_its_end(
             last = f" after {by.name!r}" if by else ""
             told = f"the motion cannot continue{last} at t = {float(way.pieces[-1].t[-1]):.9g}: {error}"
             return ended(status="stopped", event=None, message=told)
+        except Interrupted:  # before the first step of a mode
+            if not way.pieces:
+                raise
+            return ended(status="stopped", event=None, message=f"{MESSAGE}{float(way.pieces[-1].t[-1]):.6g}")
         if way.t >= end:
             return ended(status="finished", event=None, message=f"reached t = {end:g}")
         if late := way.pace.late(way.t):
@@ -739,6 +745,8 @@ class _ContactCourse:
         at, start = self.at, (self.t, self.x, self.work)
         if not self.fresh:
             self.went = self.runner.start(start, self._first)
+            if self.went is None:
+                self.runner.check()
         if self.went is None:
             self.x, self.now = at.begin(self.t, self.x)
             self.before = self.now.modes
@@ -783,6 +791,7 @@ class _ContactCourse:
 
     def _by_python(self, mode: Equations, numbers: Mapping[Expr, float], leaves: dict[str, float]) -> Event | None:
         """Runs one mode in Python; the event that ends it, if any."""
+        self.runner.check()
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
@@ -856,6 +865,7 @@ class _ContactCourse:
 
     def follows(self, event: Event) -> None:
         """Sets the state and the modes after an event; SimulationError if too many modes follow at one instant."""
+        self.runner.check()
         at, t = self.at, self.t
         if self.still > AT_ONCE or self.count > _MODES:
             raise SimulationError(

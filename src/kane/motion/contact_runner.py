@@ -136,6 +136,7 @@ class ContactRunner:
         table = pauses(breakpoints, span, self.controllers)
         self.stops: Given = {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
         self.hooks = [Hook(self._control)] if self.controllers else []
+        self.raised: BaseException | None = None
         self.made: list[ModeKernel] = []
         self.turning = list[int]()  # modes with discontinuities at given times
         self.named = dict[str, Method]()
@@ -216,10 +217,11 @@ class ContactRunner:
             self.arrays[name][:] = values
 
     def _left_off(self, y: Array, before: bool) -> Back:
-        """Where Python is to continue after an exception in an input, which it meets again; y is the state before the call.
+        """Where the motion ends after an exception in an input, which `check` raises; y is the state before the call.
 
         This is after the last completed mode, else at the beginning of the first one if modes were completed `before`.
         """
+        self.raised = next(hook.raised for hook in self.hooks if hook.raised is not None)
         for hook in self.hooks:
             hook.raised = None
         if before and not len(self.completed()):
@@ -228,6 +230,12 @@ class ContactRunner:
             return Back.TAKE
         self._undo()
         return Back.DECIDE
+
+    def check(self) -> None:
+        """Raises the exception that occurred in an input, if any."""
+        error, self.raised = self.raised, None
+        if error is not None:
+            raise error
 
     def _places(self, symbols: Iterable[Expr]) -> Indices:
         """The indices of symbols among the parameters of the motion; the number of these for other symbols."""
@@ -348,7 +356,7 @@ class ContactRunner:
     ) -> Went | None:
         """Runs from mode m on, from t, x and the work done; quantities of the contacts `leaves` leave their thresholds upward.
 
-        None if Python must run that mode, as an input raises an exception.
+        None if an input raises an exception in that mode; see `check`.
         `before` are the number of preceding modes of zero duration and the number of steps so far.
         """
         arrays, self.steps = self.arrays, before[1]
