@@ -175,7 +175,7 @@ def noted() -> Iterator[None]:
     if not plain or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield
         return
-    _here.noted = False
+    _here.noted = _here.heeded = False
     signal.signal(signal.SIGINT, _note)
     try:
         yield
@@ -188,7 +188,7 @@ def _note(number: int, frame: Any) -> None:
     last, _here.last = getattr(_here, "last", -_SECOND), time.monotonic()
     if is_noted() or _here.last - last < _SECOND:
         signal.default_int_handler(number, frame)
-    _here.noted = True
+    _here.noted, _here.heeded = True, False
 
 
 def is_noted() -> bool:
@@ -197,8 +197,9 @@ def is_noted() -> bool:
 
 
 def heed() -> None:
-    """An `Interrupted` if the motion is to end."""
-    if getattr(_here, "noted", False):
+    """An `Interrupted` if the motion is to end; once, as functions are asked for its last state after that."""
+    if is_noted() and not _here.heeded:
+        _here.heeded = True
         raise Interrupted
 
 

@@ -861,6 +861,8 @@ class _ContactCourse:
         met = [] if went.event is None else [(went.event, went.t)]
         end = ended_by([e for e, _ in met], met, acted=True) or End("finished", f"reached t = {self.span[1]:g}")
         self.pieces[-1] = replace(self.pieces[-1], status=end.status, event=end.event, message=end.message)
+        if went.event is None:
+            self.runner.check()
         return went.event
 
     def follows(self, event: Event) -> None:

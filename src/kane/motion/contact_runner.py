@@ -56,7 +56,7 @@ from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
 from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, Hook, KeptCalls, entry
 from kane.program.native.machine import Settings
-from kane.progress import far, is_noted
+from kane.progress import Interrupted, far, is_noted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,7 +202,7 @@ class ContactRunner:
         for one in self.controllers:
             one.due(t, self.y[:-1])
         self._hold()
-        self.s[Slot.STOPPED] = float(is_noted())
+        self.s[Slot.STOPPED] = float(is_noted() or bool(self.late()))
 
     def _hold(self) -> None:
         """Writes the latest values of sampled controllers to the inputs of the automaton and of all modes."""
@@ -230,6 +230,22 @@ class ContactRunner:
             return Back.TAKE
         self._undo()
         return Back.DECIDE
+
+    def _ends_here(self) -> bool:
+        """Whether the mode that the kernel has left within its time has any steps; then they are a completed mode."""
+        s, count, noted = self.s, *map(int, self.arrays["records"][:2])
+        row = self._rows()[count]
+        if s[Slot.TIME] <= row[Record.BEGIN]:
+            return False
+        for hook in self.hooks:
+            hook.raised = None
+        logged = int(s[Slot.LOGGED])
+        self.arrays["noted"][2 * noted : 2 * (noted + logged)] = self.shared["log"][: 2 * logged]
+        row[[Record.END, Record.EVENT, Record.SAMPLE, Record.OVER]] = s[Slot.TIME], -1.0, s[Slot.SAMPLE], 0.0
+        row[Record.NOTED] = noted + logged
+        row[-len(self.y) :] = self.y
+        self.arrays["records"][:2] = count + 1, noted + logged
+        return True
 
     def check(self) -> None:
         """Raises the exception that occurred in an input, if any."""
@@ -420,7 +436,11 @@ class ContactRunner:
             most, y = -1 if is_noted() else self.method.max_steps - self.steps, self.y.copy()
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most, at_once=self.at_once))
             self.given["tolerances"][2] = 0.0
-            if any(hook.raised is not None for hook in self.hooks):
+            interrupted = is_noted() or any(isinstance(hook.raised, Interrupted) for hook in self.hooks)
+            if back is Back.TAKE and (interrupted or self.late()) and self._ends_here():
+                back = Back.DECIDE if interrupted else Back.FULL
+                self.raised = Interrupted() if interrupted else None
+            elif any(hook.raised is not None for hook in self.hooks):
                 back = self._left_off(y, bool(pieces))
             for one in self.controllers:
                 one.done(repeats=not len(self.completed()))
