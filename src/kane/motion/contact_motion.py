@@ -509,7 +509,7 @@ class ContactMotion:
                         "closes without end. Give compliant parts a stiffness, or reduce the friction"
                     )
             elif mode is ContactMode.SEPARATED:
-                self.slack[n] = max(-gap, 0.0)
+                self.slack[n] = -gap if -gap > self._resolution(touch, n) else 0.0  # or levels sink with each rebound
 
     def _closes(self, touch: ContactsAtState, n: int) -> bool:
         """Whether an open gap closes at the same instant."""
@@ -518,8 +518,12 @@ class ContactMotion:
 
     def _touches(self, touch: ContactsAtState, n: int) -> bool:
         """Whether an open gap is zero up to the resolution of event times."""
+        return bool(touch.numbers.gaps[n] + self.slack[n] <= self._resolution(touch, n))
+
+    def _resolution(self, touch: ContactsAtState, n: int) -> float:
+        """The gap of contact n that the resolution of event times leaves."""
         far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
-        return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
+        return float(SAME_TIME * (touch.numbers.gap_terms[n] + far))
 
     def _turned(self, touch: ContactsAtState, sliding: Array) -> float:
         """Fraction of its terms up to which a force counts as zero: rounding changes directions of slow slips, and so forces."""

@@ -268,9 +268,14 @@ class After:
     def touches(self, i: Term) -> Term:
         """Whether an open gap is zero up to the resolution of event times."""
         of = self.of
-        far = of.absolute(of.room[of.velocity + i * of.d]) * self.s[int(Slot.SPAN)]
-        near = of.numbers[of.gaps + i] + self.slack[i] <= (of.numbers[of.gap_terms + i] + far) * SAME_TIME
+        near = of.numbers[of.gaps + i] + self.slack[i] <= self.resolution(i)
         return (of.places[i * of.d] > -0.5) & ~(self.modes[i] > SEPARATED) & near
+
+    def resolution(self, i: Term) -> Term:
+        """The gap of contact i that the resolution of event times leaves."""
+        of = self.of
+        far = of.absolute(of.room[of.velocity + i * of.d]) * self.s[int(Slot.SPAN)]
+        return (of.numbers[of.gap_terms + i] + far) * SAME_TIME
 
     def settle(self) -> None:
         """Sets the next modes to the chosen ones; contacts that are not closed are separated."""
@@ -309,11 +314,13 @@ class After:
             least = self.tolerances[0] * FLAT
             self.slack[i] = of.largest(terms * ROUNDED, least) + 2.0 * of.absolute(gap)
             of.doubt(self.slack[i] > EQUAL * terms + least)
-        with w.few(of.k) as i:  # thrown off: its gap begins where the impact found it
+        # thrown off: its gap begins where the impact found it; what event times leave counts as zero, or levels sink with each rebound
+        with w.few(of.k) as i:
             parted = ~(self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)
             took_part = (self.hit.get() > 0) & ((self.hits[i] > 0.0) | (self.modes[i] > SEPARATED))
+            below = -of.numbers[of.gaps + i]
             with w.when(took_part & parted):
-                self.slack[i] = of.largest(-of.numbers[of.gaps + i], 0.0)
+                self.slack[i] = w.select(below > self.resolution(i), below, 0.0)
 
         with w.few(of.k) as i, w.when((self.hit.get() < 1) & (of.places[i * d] > -0.5)):  # falls back within rounding
             gap, v, terms = of.numbers[of.gaps + i], of.room[of.velocity + i * d], of.numbers[of.gap_terms + i]
