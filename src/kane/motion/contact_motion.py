@@ -406,9 +406,9 @@ class ContactMotion:
         if hits:
             # an impact of another contact may make them rebound
             hits |= {n for n in set(range(k)) - closed if self._touches(touch, n)}
-            self.slack[list(hits)] = 0.0
-            thrown = closed | hits
-            x, closed, begins = self.hit(t, x, thrown)
+            for n in hits:  # those that leave have rebounded at this instant
+                self.slack[n] = max(-touch.numbers.gaps[n], 0.0) if touch.gap_rates[n] > 0 else 0.0
+            x, closed, begins = self.hit(t, x, thrown := closed | hits)
             touch = self.touch(t, x)
             x, sliding = self._consistent(t, x, closed, self._still(touch, closed, self.none))
             touch = self.touch(t, x)
@@ -508,8 +508,10 @@ class ContactMotion:
                         f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which opens and "
                         "closes without end. Give compliant parts a stiffness, or reduce the friction"
                     )
-            elif mode is ContactMode.SEPARATED:
-                self.slack[n] = -gap if -gap > self._resolution(touch, n) else 0.0  # or levels sink with each rebound
+            elif mode is ContactMode.SEPARATED and -gap > self._resolution(
+                touch, n
+            ):  # or levels sink with each rebound
+                self.slack[n] = -gap
 
     def _closes(self, touch: ContactsAtState, n: int) -> bool:
         """Whether an open gap closes at the same instant."""

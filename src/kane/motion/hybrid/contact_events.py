@@ -174,7 +174,8 @@ class After:
                 with w.few(d - 1) as j:
                     self.sliding[i * (d - 1) + j] = 0.0
                 with w.when(self.hits[i] > 0.0):
-                    self.slack[i] = 0.0
+                    gap, v = of.numbers[of.gaps + i], of.room[of.velocity + i * d]
+                    self.slack[i] = w.select(v > 0.0, of.largest(-gap, 0.0), 0.0)  # it has rebounded at this instant
                     self.touching[i] = 1.0
 
     def begin_closed(self) -> None:
@@ -319,8 +320,8 @@ class After:
             parted = ~(self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)
             took_part = (self.hit.get() > 0) & ((self.hits[i] > 0.0) | (self.modes[i] > SEPARATED))
             below = -of.numbers[of.gaps + i]
-            with w.when(took_part & parted):
-                self.slack[i] = w.select(below > self.resolution(i), below, 0.0)
+            with w.when(took_part & parted & (below > self.resolution(i))):
+                self.slack[i] = below
 
         with w.few(of.k) as i, w.when((self.hit.get() < 1) & (of.places[i * d] > -0.5)):  # falls back within rounding
             gap, v, terms = of.numbers[of.gaps + i], of.room[of.velocity + i * d], of.numbers[of.gap_terms + i]
