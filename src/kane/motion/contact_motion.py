@@ -508,9 +508,8 @@ class ContactMotion:
                         f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which opens and "
                         "closes without end. Give compliant parts a stiffness, or reduce the friction"
                     )
-            elif mode is ContactMode.SEPARATED and -gap > self._resolution(
-                touch, n
-            ):  # or levels sink with each rebound
+            # what event times leave counts as zero, or levels sink with each rebound
+            elif mode is ContactMode.SEPARATED and -gap > self._resolution(touch, n):
                 self.slack[n] = -gap
 
     def _closes(self, touch: ContactsAtState, n: int) -> bool:

@@ -211,25 +211,15 @@ class ContactRunner:
         for k, held in self.held:
             self.given["r"][k] = held.now
 
-    def _undo(self) -> None:
-        """Restores the data of contacts to those before the last decision."""
-        for name, values in zip(KNOWN, self.arrays["kept"][:-1].reshape(len(KNOWN), -1), strict=True):
-            self.arrays[name][:] = values
-
-    def _left_off(self, y: Array, before: bool) -> Back:
-        """Where the motion ends after an exception in an input, which `check` raises; y is the state before the call.
+    def _left_off(self, before: bool) -> Back:
+        """Where the motion ends after an exception in an input, which `check` raises before Python decides or runs anything.
 
         This is after the last completed mode, else at the beginning of the first one if modes were completed `before`.
         """
         self.raised = next(hook.raised for hook in self.hooks if hook.raised is not None)
         for hook in self.hooks:
             hook.raised = None
-        if before and not len(self.completed()):
-            more = int(Record.MORE) + self.k * (self.d + 1)
-            self._rows()[0, more : more + len(y)] = y
-            return Back.TAKE
-        self._undo()
-        return Back.DECIDE
+        return Back.TAKE if before and not len(self.completed()) else Back.DECIDE
 
     def _ends_here(self) -> bool:
         """Whether the mode that the kernel has left within its time has any steps; then they are a completed mode."""
@@ -433,7 +423,7 @@ class ContactRunner:
             self._hold()
             for one in self.controllers:
                 one.keep()
-            most, y = -1 if is_noted() else self.method.max_steps - self.steps, self.y.copy()
+            most = -1 if is_noted() else self.method.max_steps - self.steps
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most, at_once=self.at_once))
             self.given["tolerances"][2] = 0.0
             interrupted = is_noted() or any(isinstance(hook.raised, Interrupted) for hook in self.hooks)
@@ -441,7 +431,7 @@ class ContactRunner:
                 back = Back.DECIDE if interrupted else Back.FULL
                 self.raised = Interrupted() if interrupted else None
             elif any(hook.raised is not None for hook in self.hooks):
-                back = self._left_off(y, bool(pieces))
+                back = self._left_off(bool(pieces))
             for one in self.controllers:
                 one.done(repeats=not len(self.completed()))
             if back is Back.TAKE:  # Python repeats the mode: its steps do not count
@@ -467,7 +457,8 @@ class ContactRunner:
         with suppress(KaneError):
             m = self.place(modes, self.eom.numeric().value(ContactModes).equations(modes))
         if m is None:
-            self._undo()
+            for name, values in zip(KNOWN, arrays["kept"][:-1].reshape(len(KNOWN), -1), strict=True):
+                arrays[name][:] = values
             return False
         self.calls.table[0] = m
         arrays["modes"][:] = modes
