@@ -136,9 +136,12 @@ class Arguments:
         """A callback that evaluates the inputs in Python."""
         s, width, fill, follow = self.s, self.now.width, filling(self.now), following(self.now.drives)
         here, count = self.y[:width], len(self.now.drives)
+        views: dict[int, Array] = {}
 
         def drive(t: float, x: int, out: int) -> None:
-            own = doubles(out, count)
+            own = views.get(out)
+            if own is None:
+                own = views[out] = doubles(out, count)
             try:  # rounding may place t beyond the end
                 fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
             except BaseException:

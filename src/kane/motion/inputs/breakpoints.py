@@ -34,10 +34,11 @@ Span = tuple[float, float]
 
 def bumps(terms: Sequence[Expr], parameters: Mapping[Expr, Any], span: Span) -> set[float]:
     """The times at which pulses in terms of time and parameters begin, peak and end."""
+    if not terms:
+        return set()
     values = {s: parameters[s] for s in free_symbols(terms) if s in parameters}
-
     times = np.linspace(*span, PLACES)
-    each = evaluate(terms, {**values, time: times}) if terms else []
+    each = evaluate(terms, {**values, time: times})
     return set[float]().union(*(_in_values(times, np.broadcast_to(x, times.shape)) for x in each))
 
 
