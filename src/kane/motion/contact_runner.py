@@ -424,7 +424,7 @@ class ContactRunner:
             for one in self.controllers:
                 one.keep()
             most = -1 if is_noted() else self.method.max_steps - self.steps
-            back = Back(self.kernel(known=len(self.made), enter=enter, most=most, at_once=self.at_once))
+            back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
             self.given["tolerances"][2] = 0.0
             interrupted = is_noted() or any(isinstance(hook.raised, Interrupted) for hook in self.hooks)
             if back is Back.TAKE and (interrupted or self.late()) and self._ends_here():
