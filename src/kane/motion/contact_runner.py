@@ -54,7 +54,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
-from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, Hook, KeptCalls, entry
+from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, Hook, KeptCalls, entry, hoists_of
 from kane.program.native.machine import Settings
 from kane.progress import Interrupted, far, is_noted
 
@@ -328,12 +328,11 @@ class ContactRunner:
             given[name_] = view
         put_mode(arrays, m, self.eom, mode)
         given |= self.shared | {"lag": self.lag}
-        hoists = [(given[f"hoist_{name_}"], given[name_]) for name_ in given if f"hoist_{name_}" in given]
         looked = arguments.now.routine(glance, *arguments.now.turning).flat
         kernel = kernel_of(name, arguments.now, is_constrained(mode))
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
-        self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
+        self.calls.put(m, (kernel, own_given), hoists_of(given), ((entry(looked), given["hg"]), drive), given["p"])
         self.hooks += arguments.hooks
         self.named[name] = replace(bounded(self.method, self.inputs.values(), self.span), name=name, first=None)
         self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))

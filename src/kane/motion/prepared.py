@@ -96,7 +96,7 @@ class Prepared(Attributes):
         self.equations, self.span = eom, check_span(plan.span)
         self._plan, self._inputs, self._settings, self._check = plan, inputs, settings, check
         self._runners = Runners()
-        runner = single_runner(eom, plan, inputs, settings) if are_fixed(inputs) else None
+        runner = single_runner(eom, plan, inputs, settings) if are_fixed(eom, inputs) else None
         self._runners.is_plain = runner is not None
         if runner is not None:
             self._runners.give_back(runner)

@@ -25,10 +25,11 @@ from kane.equations.instances import Instances
 from kane.errors import KaneError, cut, listed_warnings
 from kane.expr.node import Expr
 from kane.expr.symbols import time
+from kane.motion.inputs.expressions import along, gains_of, given_parameters, with_value
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
-from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
-from kane.motion.simulate import by_runner, check_conserved, contacts_of, runner_of, simulate
+from kane.motion.runner import Plan, Runner, check_values, stepped_along, stops_of, surely_admitted
+from kane.motion.simulate import are_fixed, by_runner, check_conserved, contacts_of, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
@@ -69,6 +70,26 @@ class Ensemble:
     lanes: bool | None = None
     states_alone: bool = False
     """Whether only coordinates, speeds and further states are recorded."""
+
+    @property
+    def alike(self) -> bool:
+        """Whether one runner can run all instances: inputs are the same, or expressions that differ by parameters."""
+        own = self.instances
+        given = {*own.columns["parameters"], *(own.common["parameters"] or {})}
+        laws = are_fixed(self.eom, own.common["inputs"], given)
+        return not own.vary_inputs or (laws and not own.columns["inputs"])
+
+    def drives(self, k: int, runner: "Runner | ContactBatch", constants: Mapping[Expr, float]) -> Mapping[Expr, Any]:
+        """The inputs of the kth instance, with the values of its parameters."""
+        known = {**given_parameters(self.instances.at(k)["parameters"]), **constants}
+        return {s: with_value(f, known) for s, f in runner.drives.items()}
+
+    def parameters(self, p: Array, places: Sequence[int], drives: Mapping[Expr, Any]) -> Array:
+        """Rows of parameters for instances: rows p of those of the equations, then those of inputs alone."""
+        own = gains_of(drives.values())
+        known = own | (self.instances.common["parameters"] or {}) | self.instances.columns["parameters"]
+        columns = [np.broadcast_to(known[s], self.instances.count)[list(places)] for s in own]
+        return np.column_stack([p, *columns])
 
     def runner(self, k: int = 0) -> Runner | None:
         """A runner with the inputs of the kth instance; None if Python is called between steps."""
@@ -117,14 +138,15 @@ class Pool:
 
     def __init__(self, family: Ensemble, first: Runner) -> None:
         self.family = family
-        self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
+        self.alike = family.alike
+        self.lanes = _in_lanes(family, first) if self.alike else None
         # the deflection of a beam must be checked at each start against the range of its equations
         held = self.lanes is not None and first.holding is not None and not first.bends
         self.nearest = _nearest(family, first) if held else None
         self._free = [self._bound(first)]
 
     def _bound(self, runner: Runner | None) -> TileRunner:
-        if runner is None or self.family.instances.vary_inputs:
+        if runner is None or not self.alike:
             return TileRunner(None)
         if self.lanes is not None:
             own = self.lanes.runner()
@@ -215,13 +237,15 @@ def _in_one_call(
 ) -> Tile:
     """The outcomes of a tile by one call; instances that it does not complete are run individually."""
     begun, found = starts
+    if batch.runner.timed:
+        begun = _with_breakpoints(family, batch.runner, begun, found)
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
-    ran = batch.run(begun.x, begun.p, begun.reach)
+    ran = batch.run(begun.x, family.parameters(begun.p, begun.places, batch.runner.drives), begun.reach)
     together = ran.done & ran.kept & (not family.check)
     for n in map(int, np.flatnonzero(~together)):
         k = begun.places[n]
-        found[k] = decided(_judged, family, batch, ran, n, begun.start(n)) if ran.done[n] else Outcome(None)
+        found[k] = decided(_judged, family, batch, ran, n, begun) if ran.done[n] else Outcome(None)
     finished = [_together(family, batch, ran, np.flatnonzero(together), begun)] if together.any() else []
     return Tile(_one_by_one(family, bound, found), finished)
 
@@ -233,25 +257,45 @@ def _one_by_one(
     return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
 
 
-def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
+def _with_breakpoints(
+    family: Ensemble, runner: Runner, begun: "Starts", found: dict[int, Outcome[Solution]]
+) -> "Starts":
+    """The starts of motions with the breakpoints of the runner; the others are open."""
+
+    def same(n: int) -> bool:
+        drives = family.drives(begun.places[n], runner, begun.start(n).constants(family.eom))
+        return stops_of(family.plan.breakpoints or (), drives.values(), runner.span) == runner.method.breakpoints
+
+    kept = np.array([same(n) for n in range(len(begun.places))], dtype=bool)
+    found |= {k: Outcome[Solution](None) for k, own in zip(begun.places, kept, strict=True) if not own}
+    return begun.of(np.flatnonzero(kept))
+
+
+def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, begun: "Starts") -> Solution:
     """The nth motion of a batch as a single solution."""
-    runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
+    runner, phase, start = batch.runner, _phase(family, batch.runner, begun, n), begun.start(n)
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
         met, changed = ran.met[n] if ran.met else None, batch.changes(ran, n)
         stepper = None
         if runner.holding is not None:
-            stepper = Stepper(family.eom, start.p, (*runner.drives.values(),), family.settings)
+            stepper = Stepper(family.eom, start.p, (*phase.inputs.values(),), family.settings)
         motion = runner.ended(family.eom, phase, stepper, ran.states[n], ran.told[n], met, changed)
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
+
+
+def _phase(family: Ensemble, runner: "Runner | ContactBatch", begun: "Starts", n: int) -> Phase:
+    """The parameters and inputs of a motion."""
+    constants = begun.start(n).constants(family.eom)
+    return Phase(constants, family.drives(begun.places[n], runner, constants))
 
 
 def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
     """Motions of a batch as one table; with a phase for each set of parameters if more than states is recorded."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
-    phases = tuple(Phase(begun.start(k).constants(eom), runner.drives) for k in own)
+    phases = tuple(_phase(family, runner, begun, k) for k in own)
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
     every = [batch.changes(ran, k) for k in which] if any(ran.changes) and not family.states_alone else []
@@ -290,6 +334,12 @@ class Starts(NamedTuple):
         return Start(
             self.x[n], self.p[n], self.usual[n % len(self.usual)], None if self.reach is None else self.reach[n]
         )
+
+    def of(self, rows: Indices) -> "Starts":
+        """Some of them."""
+        usual = self.usual if len(self.usual) < len(self.places) else [self.usual[n] for n in rows]
+        reach = None if self.reach is None else self.reach[rows]
+        return Starts([self.places[n] for n in rows], self.x[rows], self.p[rows], reach, usual)
 
     def and_then(self, other: "Starts") -> "Starts":
         """The concatenation of both, with constraints."""
@@ -379,12 +429,11 @@ def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
 def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
     """Some of the instances as states at the initial time."""
     own = family.instances.part(rows)
-    common = {
-        **own.common,
-        "t": {time: runner.span[0]},
-        "inputs": dict(zip(family.eom.inputs, runner.r.tolist(), strict=False)),
-    }
-    columns = {**own.columns, "t": {}, "inputs": {}}
+    known: dict[Expr, Any] = {**(own.common["parameters"] or {}), **own.columns["parameters"]}
+    t, drives = np.full(own.count, runner.span[0]), [with_value(f, known) for f in runner.drives.values()]
+    values = [np.zeros(own.count) if getattr(f, "of_state", False) else along(f, t, t[:, None]) for f in drives]
+    common = {**own.common, "t": {time: runner.span[0]}, "inputs": None}
+    columns = {**own.columns, "t": {}, "inputs": dict(zip(family.eom.inputs, values, strict=True))}
     return Poses(family.eom, in_numbers(replace(own, common=common, columns=columns)), {})
 
 

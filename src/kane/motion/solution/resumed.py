@@ -102,7 +102,7 @@ def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> 
         return given
     names = {p.name: p for p in eom.parameters}
     last = last_phase(start)
-    kept: dict[Expr, Any] = {names.get(str(s), s): v for s, v in gains_of(last.inputs).items()}
+    kept: dict[Expr, Any] = {names.get(str(s), s): v for s, v in gains_of(last.inputs.values()).items()}
     kept |= {names[str(p)]: v for p, v in last.parameters.items() if str(p) in names}
     known = {*names, *names.values()}
     own = {k: v for k, v in given.items() if k not in known} if isinstance(given, Mapping) else {}
@@ -139,8 +139,8 @@ def _again(
             "the values of its function at the samples were saved."
         )
     if isinstance(drive, Formula):
-        own = {s: float(parameters.get(s, v)) for s, v in drive.gains.items()}
-        return formula(name, drive.whole, {**drive.values, **parameters}, drive.state or state, own)
+        own = {s: float(parameters.get(s, v)) for s, v in gains_of([drive]).items()}
+        return formula(name, drive.expr, {**drive.values, **parameters}, drive.state or state, own)
     if isinstance(drive, HeldInput):
         return HeldInput(held.setdefault(id(drive.group), drive.group.copy()), drive.place)
     return drive

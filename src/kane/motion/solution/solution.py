@@ -234,7 +234,7 @@ class Solution(Attributes):
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
         exprs = in_mode(eom.system.contacts, eom.system.modes, exprs)
-        if own := gains_of(phase.inputs):
+        if own := gains_of(phase.inputs.values()):
             numbers = {s: constant(v) for s, v in own.items()}
             exprs = [substituted(e, numbers) for e in asked(eom.derived, exprs).roots]
         values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
