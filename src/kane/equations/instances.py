@@ -52,6 +52,13 @@ class Instances:
         }
         return Instances(len(rows), self.common, columns)
 
+    def by_parameters(self, eom: Equations) -> "Instances":
+        """The same with parameters in place of the inputs that are columns, so that code for one instance runs all."""
+        gains = {s: Parameter.declare(s.name, None, eom.unit(s), s.description, s) for s in self.columns["inputs"]}
+        columns = {**self.columns["parameters"], **{p: self.columns["inputs"][s] for s, p in gains.items()}}
+        common = {**self.common, "inputs": {**(self.common["inputs"] or {}), **gains} or None}
+        return Instances(self.count, common, {**self.columns, "inputs": {}, "parameters": columns})
+
     @property
     def vary_inputs(self) -> bool:
         """Whether inputs differ, directly or by parameters in them."""

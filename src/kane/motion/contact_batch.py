@@ -13,13 +13,15 @@ import numpy as np
 
 from kane.analysis.state_checks import start_state
 from kane.equations.equations import Equations
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
+from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
-from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all
+from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all, stops_of
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Record
 from kane.motion.hybrid.contact_tables import numbers_of
-from kane.motion.inputs.expressions import values
+from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
 from kane.motion.inputs.functions import constant
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
@@ -94,6 +96,9 @@ class ContactBatch:
         self.t = np.concatenate([span[:1], inside, span[1:]])
         self.routine = eom.numeric(self.settings).routine(judged).flat
         self.functions = [drives[s] for s in eom.inputs]
+        self.parameters = (*eom.parameters, *gains_of(self.functions))
+        varied = [f.expr for f in self.functions if isinstance(f, Formula) and f.values]
+        self.timed = time in free_symbols(varied)
         self.vary = any(constant(f) is None for f in self.functions)
         self.r = np.array([*(constant(f) or 0.0 for f in self.functions), 0.0], dtype=float)
 
@@ -103,8 +108,17 @@ class ContactBatch:
 
     def taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
         """A runner that no other motion uses, and the list to which it must be returned after use."""
-        parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
-        return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
+        return runner(self.eom, self.method, self.span, self._given(p), self.settings, self.times)
+
+    def _given(self, p: Array) -> tuple[dict[Expr, float], dict[Expr, Any]]:
+        """Parameters, and inputs with their values, from a row p of both."""
+        known: dict[Expr, float] = dict(zip(self.parameters, p.tolist(), strict=True))
+        drives = {s: with_value(f, known) for s, f in self.drives.items()}
+        return {s: known[s] for s in self.eom.parameters}, drives
+
+    def _goes_on(self, own: ContactRunner, p: Array) -> bool:
+        """Whether a runner can run a motion with other parameters: the same breakpoints."""
+        return not self.timed or stops_of(self.eom, self.method, self.span, self._given(p)) == own.breakpoints
 
     def run(
         self, x: Array, p: Array, alone: Callable[[int], None], stops: Callable[[], bool] = lambda: False
@@ -124,6 +138,10 @@ class ContactBatch:
         own, free = self.taken(p[begin])
         n, room = begin, _ROOM
         while n < len(x) and room > 0 and not stops():
+            if not self._goes_on(own, p[n]):
+                every += own.made
+                free.append(own)
+                own, free = self.taken(p[n])
             own.renew(p[n])
             if own.leads(x[n]):
                 which.append(n)
@@ -161,7 +179,9 @@ class ContactBatch:
         rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
         found, r = np.zeros((len(t), 3)), self.r
         if self.vary:
-            r = np.column_stack([values(self.functions, t, y[:, :-1]), np.zeros(len(t))])
+            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) > 1 else p[0], strict=True))
+            functions = [with_value(f, known) for f in self.functions]
+            r = np.column_stack([values(functions, t, y[:, :-1]), np.zeros(len(t))])
         places = (
             (t.copy(), 1),
             (y, y.shape[1]),
@@ -210,8 +230,9 @@ class ContactCalls:
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """Sets the parameter values of the next motions, after checks."""
-        self.p = np.array([constants[s] for s in eom.parameters])
-        check_values(eom, self.p, self.batch.span)
+        usual = gains_of(self.batch.functions)
+        self.p = np.array([constants.get(s, usual.get(s)) for s in self.batch.parameters])
+        check_values(eom, self.p[: len(eom.parameters)], self.batch.span)
 
     def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
         """(q, u, a) from start values."""

@@ -39,7 +39,7 @@ from kane.motion.hybrid.contact_tables import (
     symbols,
 )
 from kane.motion.inputs.breakpoints import Clock, clock, stretch
-from kane.motion.inputs.expressions import Formula, HeldInput, controllers
+from kane.motion.inputs.expressions import Formula, HeldInput, controllers, gains_of
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import bounded, breakpoints_of, whole
 from kane.motion.methods import chosen, kernel_of
@@ -128,6 +128,7 @@ class ContactRunner:
         self.breakpoints = breakpoints
         self.eom, self.method, self.span, self.settings = eom, method, span, settings
         self.parameters, self.inputs = given
+        self.gains = tuple(gains_of(self.inputs.values()))
         self.contacts, n = eom.system.contacts, len(eom.state) + 1
         later = times[times > span[0]]
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
@@ -170,10 +171,14 @@ class ContactRunner:
         """Prepares the next motion, with these parameters and with inputs of the same values."""
         self.parameters, self.inputs = given
         self.late = lambda: False
-        self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
+        own = gains_of(self.inputs.values())
+        self.renew(np.array([*(self.parameters[s] for s in self.eom.parameters), *own.values()]))
 
     def renew(self, p: Array) -> None:
-        """Resets contacts and constraint solvers and sets the parameters p, so that results do not depend on motions before."""
+        """Resets contacts and constraint solvers, so that results do not depend on motions before, and sets the parameters.
+
+        p are those of the equations, then those of inputs alone.
+        """
         self._forget()
         self.steps = 0
         own = p[self.own_places]
@@ -189,7 +194,7 @@ class ContactRunner:
                 holding.begin(self.s)
                 one.given["held_quiet"][0] = 0.0
         for m in self.turning:
-            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=True)))
+            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=False)))
 
     def _forget(self) -> None:
         """Resets the data of contacts."""
@@ -244,8 +249,8 @@ class ContactRunner:
             raise error
 
     def _places(self, symbols: Iterable[Expr]) -> Indices:
-        """The indices of symbols among the parameters of the motion; the number of these for other symbols."""
-        at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
+        """The indices of symbols among the parameters of the motion and its inputs; the number of these for other symbols."""
+        at: dict[Expr, int] = {s: k for k, s in enumerate((*self.eom.parameters, *self.gains))}
         return np.array([at.get(s, len(at)) for s in symbols], dtype=np.int64)
 
     def _bound(self, told: Given) -> Given:
@@ -335,7 +340,9 @@ class ContactRunner:
         self.calls.put(m, (kernel, own_given), hoists_of(given), ((entry(looked), given["hg"]), drive), given["p"])
         self.hooks += arguments.hooks
         self.named[name] = replace(bounded(self.method, self.inputs.values(), self.span), name=name, first=None)
-        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))
+        self.made.append(
+            ModeKernel(modes, mode, name, given, (arguments, holding), self._places((*mode.parameters, *self.gains)))
+        )
         if any(mode.numeric().value(timed)):
             self.turning.append(m)
         self._admit(m, self.parameters)
@@ -583,9 +590,7 @@ def runner(
     times: Array,
 ) -> tuple[ContactRunner, list[ContactRunner]]:
     """A runner that no other motion uses, and the list to which it must be returned after use."""
-    inputs = tuple(map(same_in_all, given[1].values()))
-    laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
-    breakpoints = tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
+    inputs, breakpoints = tuple(map(same_in_all, given[1].values())), stops_of(eom, method, span, given)
     kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs, breakpoints)
     free = kept.get(key)
     if any(x is None for x in inputs):  # these belong to one motion
@@ -600,9 +605,17 @@ def runner(
     return found, free
 
 
+def stops_of(
+    eom: Equations, method: Method, span: tuple[float, float], given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]
+) -> tuple[float, ...]:
+    """The breakpoints of a motion with given parameters and inputs."""
+    laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
+    return tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
+
+
 def same_in_all(f: Any) -> float | Expr | None:
-    """The number or expression of an input that is the same in all motions; None for others, such as those with parameters."""
-    return f.expr if isinstance(f, Formula) and not f.values and not f.gains else constant(f)
+    """The number or expression of an input, which is the same in all motions but for parameters; None for functions."""
+    return f.expr if isinstance(f, Formula) else constant(f)
 
 
 def _timed_laws(eom: Equations) -> Clock:

@@ -25,7 +25,8 @@ from kane.equations.instances import Instances
 from kane.errors import KaneError, cut, listed_warnings
 from kane.expr.node import Expr
 from kane.expr.symbols import time
-from kane.motion.inputs.expressions import along, gains_of, given_parameters, with_value
+from kane.motion.inputs.breakpoints import clock, may_have_bumps
+from kane.motion.inputs.expressions import Formula, along, gains_of, given_parameters, with_value
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, stepped_along, stops_of, surely_admitted
@@ -87,7 +88,7 @@ class Ensemble:
     def parameters(self, p: Array, places: Sequence[int], drives: Mapping[Expr, Any]) -> Array:
         """Rows of parameters for instances: rows p of those of the equations, then those of inputs alone."""
         own = gains_of(drives.values())
-        known = own | (self.instances.common["parameters"] or {}) | self.instances.columns["parameters"]
+        known = {**own, **(self.instances.common["parameters"] or {}), **self.instances.columns["parameters"]}
         columns = [np.broadcast_to(known[s], self.instances.count)[list(places)] for s in own]
         return np.column_stack([p, *columns])
 
@@ -183,19 +184,24 @@ class ContactPool:
                 found[begun.places[n]] = decided(_simulated, family, begun.places[n])
 
         finished = list[Finished]()
-        for led in batch.run(begun.x, begun.p, alone, stop.is_set):
-            kept = batch.judged(led, begun.p)
+        p = family.parameters(begun.p, begun.places, batch.drives)
+
+        def known(n: int) -> dict[Expr, float]:
+            return {**begun.start(n).usual, **dict(zip(batch.parameters, p[n].tolist(), strict=True))}
+
+        for led in batch.run(begun.x, p, alone, stop.is_set):
+            kept = batch.judged(led, p)
             for n in led.which[~kept].tolist():
                 alone(n)
             if kept.any():
-                table = batch.table(led, kept, lambda n: begun.start(n).constants(family.eom), not family.states_alone)
+                table = batch.table(led, kept, known, not family.states_alone)
                 finished.append(Finished([begun.places[n] for n in led.which[kept]], led.steps[kept], table))
         return Tile(found, finished)
 
 
 def _contacts(family: Ensemble, k: int) -> ContactPool | None:
     """The runner of tiles with contacts, if their kernel can run the motions; the kth instance determines this."""
-    if not family.eom.system.contacts or family.check or family.instances.vary_inputs:
+    if not family.eom.system.contacts or family.check or not family.alike:
         return None
     given = family.instances.at(k)
     batch = contacts_of(family.eom, family.plan, given["inputs"], family.settings, given["parameters"] or {})
@@ -261,12 +267,17 @@ def _with_breakpoints(
     family: Ensemble, runner: Runner, begun: "Starts", found: dict[int, Outcome[Solution]]
 ) -> "Starts":
     """The starts of motions with the breakpoints of the runner; the others are open."""
-
-    def same(n: int) -> bool:
-        drives = family.drives(begun.places[n], runner, begun.start(n).constants(family.eom))
-        return stops_of(family.plan.breakpoints or (), drives.values(), runner.span) == runner.method.breakpoints
-
-    kept = np.array([same(n) for n in range(len(begun.places))], dtype=bool)
+    count, eom = len(begun.places), family.eom
+    columns = (*eom.parameters, *gains_of(runner.drives.values()))
+    values = dict[Expr, Any](zip(columns, family.parameters(begun.p, begun.places, runner.drives).T, strict=True))
+    clocks = [clock([f.expr]) for f in runner.drives.values() if isinstance(f, Formula)]
+    doubtful = np.full(count, bool(runner.method.breakpoints) or any(own.turning for own in clocks))
+    for own in clocks:
+        doubtful |= may_have_bumps(own.pulses, values, count, runner.span)
+    kept = np.ones(count, dtype=bool)
+    for n in np.flatnonzero(doubtful).tolist():
+        drives = family.drives(begun.places[n], runner, begun.start(n).constants(eom)).values()
+        kept[n] = stops_of(family.plan.breakpoints or (), drives, runner.span) == runner.method.breakpoints
     found |= {k: Outcome[Solution](None) for k, own in zip(begun.places, kept, strict=True) if not own}
     return begun.of(np.flatnonzero(kept))
 
@@ -295,7 +306,13 @@ def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "
     """Motions of a batch as one table; with a phase for each set of parameters if more than states is recorded."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
-    phases = tuple(_phase(family, runner, begun, k) for k in own)
+    drives, places = dict(runner.drives), [begun.places[k] for k in own]
+    given = family.parameters(begun.p[own], places, drives).tolist()
+    columns = (*eom.parameters, *gains_of(drives.values()))
+    phases = tuple(
+        Phase({**begun.start(k).usual, **dict(zip(columns, row, strict=True))}, drives)
+        for k, row in zip(own, given, strict=True)
+    )
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
     every = [batch.changes(ran, k) for k in which] if any(ran.changes) and not family.states_alone else []
