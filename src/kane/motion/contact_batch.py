@@ -179,7 +179,7 @@ class ContactBatch:
         rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
         found, r = np.zeros((len(t), 3)), self.r
         if self.vary:
-            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) > 1 else p[0], strict=True))
+            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) != 1 else p[0], strict=True))
             functions = [with_value(f, known) for f in self.functions]
             r = np.column_stack([values(functions, t, y[:, :-1]), np.zeros(len(t))])
         places = (

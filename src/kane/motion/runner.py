@@ -2,7 +2,7 @@
 """Repeated motions in one call of machine code: a kernel bound once to its arrays, as `simulate` and `prepare` keep it.
 
 Such motions need no Python between two steps: a kernel decides their constraints, events and switches, and inputs are numbers or
-expressions without parameters. Start, parameters and energy are checked by sufficient conditions in compiled code; if these do not
+expressions. Start, parameters and energy are checked by sufficient conditions in compiled code; if these do not
 hold, the general loop integrates the motion from its beginning (`loop.py`) and decides.
 """
 
@@ -100,6 +100,8 @@ def _least_pivot(m: list[list[Expr]], others: Sequence[Expr]) -> Expr:
 
 Noted = tuple[Array, Array]
 """Logged events, rows (t, index), and rows of `jumps` (see `Course.noted`)."""
+_ROOM = 64
+"""Numbers for further breakpoints, three each, of motions whose inputs break at other times."""
 _STARTS = 64
 """Number of stored starts of constrained motions, which are found by iteration."""
 
@@ -202,7 +204,7 @@ class Runner:
     ) -> None:
         self.method, self.span, self.drives, self.options = method, span, drives, options
         self.usual: dict[Expr, float] = {}
-        self.told, self.covers = b"", True
+        self.told = b""
         varied = [f for f in drives.values() if isinstance(f, Formula) and f.values]
         self.varied, self.timed = bool(varied), time in free_symbols([f.expr for f in varied])
         self.reads = _reads_inputs(stepper.eom) and any(constant(f) is None for f in drives.values())
@@ -219,8 +221,9 @@ class Runner:
         self.s, self.y, self.states = np.zeros(SIZE), np.zeros(n), np.zeros((len(self.t), n))
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
-        self.slots[: Slot.FRESH + 1] = first_slots(method, span, *stretch(method.breakpoints, *span))
         self.slots[Slot.SPAN], self.slots[Slot.PHASE] = span[1] - span[0], span[0]
+        self.pauses = np.zeros(len(pauses(method.breakpoints, span, ())) + _ROOM)
+        self.stop_at(method.breakpoints)
         self.times = np.append(later, np.inf)
         self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
@@ -234,9 +237,8 @@ class Runner:
         name, now = self.method.name, on_their_sides(now)
         arguments = Arguments(name, now, self.span[0], self.s, self.y)
         self.now = arguments.now
-        table = pauses(self.method.breakpoints, self.span, ())
         more = {"times": self.times, "rows": self.rows, "samples": len(self.rows)}
-        self.given = arguments.given | more | {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
+        self.given = arguments.given | more | {"breakpoints": self.breakpoints, "pauses": self.pauses}
         if is_constrained(stepper.eom):
             self.holding = KernelConstraints(stepper, arguments, self.span[0], self.y)
             self.given |= self.holding.given | {"held_marks": self.marks}
@@ -245,6 +247,14 @@ class Runner:
         places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), r
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
         self.kernel = kernel_of(name, now, self.holding is not None).bound(self.given | {"limit": 0})
+
+    def stop_at(self, breakpoints: tuple[float, ...]) -> None:
+        """Sets the breakpoints of the next motions; there may be too many."""
+        self.method, table = replace(self.method, breakpoints=breakpoints), pauses(breakpoints, self.span, ())
+        self.slots[: Slot.FRESH + 1] = first_slots(self.method, self.span, *stretch(breakpoints, *self.span))
+        self.breakpoints, self.covers = len(table) // 3, len(table) < len(self.pauses)
+        if self.covers:
+            self.pauses[: len(table)] = table
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """Sets the values of the parameters, those of inputs included, for the next motions, after checking them.
@@ -263,8 +273,8 @@ class Runner:
         check_values(eom, p, self.span)
         if self.varied:
             self.drives = dict(zip(eom.inputs, plain.drives, strict=True))
-            own = self.options["breakpoints"]
-            self.covers = not self.timed or stops_of(own, plain.drives, self.span) == self.method.breakpoints
+            if self.timed:
+                self.stop_at(stops_of(self.options["breakpoints"], plain.drives, self.span))
             self.now = self.now.driven(constants)
         own = self.given["p"]
         own[: len(p)], own[len(self.now.p) : len(self.now.p) + len(gains)] = p, gains
@@ -387,7 +397,9 @@ class Runner:
         limit = RECENT if self.now.quantities else LOOKS
         while True:
             t = self.s[Slot.TIME]
-            back = ReturnCode(self.kernel(limit=min(limit, most - int(self.s[Slot.STEPS]))))
+            back = ReturnCode(
+                self.kernel(limit=min(limit, most - int(self.s[Slot.STEPS])), breakpoints=self.breakpoints)
+            )
             if self.now.quantities and back is ReturnCode.LIMIT and self.s[Slot.TIME] - t < HELD * self.s[Slot.SPAN]:
                 return ReturnCode.STANDS, stiffness
             before = copy(stiffness)

@@ -101,6 +101,7 @@ class Batch:
 
     def __init__(self, runner: Runner, lanes: bool = False) -> None:
         self.runner, now = runner, runner.now
+        self.breakpoints = runner.method.breakpoints
         self.lanes = _stepper(runner) if lanes else None
         if not lanes:
             self._bind()
@@ -133,6 +134,7 @@ class Batch:
         Rows of p are the parameters of the equations, then those of inputs alone.
         Changes the parameters of the runner.
         """
+        self.runner.stop_at(self.breakpoints)
         n, samples = len(self.runner.y), len(self.runner.rows)
         states = np.zeros((len(x), len(self.runner.t), n))
         states[:, 0, :-1] = x

@@ -244,7 +244,7 @@ def _in_one_call(
     """The outcomes of a tile by one call; instances that it does not complete are run individually."""
     begun, found = starts
     if batch.runner.timed:
-        begun = _with_breakpoints(family, batch.runner, begun, found)
+        begun = _with_breakpoints(family, batch, begun, found)
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
     ran = batch.run(begun.x, family.parameters(begun.p, begun.places, batch.runner.drives), begun.reach)
@@ -263,21 +263,19 @@ def _one_by_one(
     return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
 
 
-def _with_breakpoints(
-    family: Ensemble, runner: Runner, begun: "Starts", found: dict[int, Outcome[Solution]]
-) -> "Starts":
-    """The starts of motions with the breakpoints of the runner; the others are open."""
-    count, eom = len(begun.places), family.eom
+def _with_breakpoints(family: Ensemble, batch: Batch, begun: "Starts", found: dict[int, Outcome[Solution]]) -> "Starts":
+    """The starts of motions with the breakpoints of the batch; the others are open."""
+    count, eom, runner = len(begun.places), family.eom, batch.runner
     columns = (*eom.parameters, *gains_of(runner.drives.values()))
     values = dict[Expr, Any](zip(columns, family.parameters(begun.p, begun.places, runner.drives).T, strict=True))
     clocks = [clock([f.expr]) for f in runner.drives.values() if isinstance(f, Formula)]
-    doubtful = np.full(count, bool(runner.method.breakpoints) or any(own.turning for own in clocks))
+    doubtful = np.full(count, bool(batch.breakpoints) or any(own.turning for own in clocks))
     for own in clocks:
         doubtful |= may_have_bumps(own.pulses, values, count, runner.span)
     kept = np.ones(count, dtype=bool)
     for n in np.flatnonzero(doubtful).tolist():
         drives = family.drives(begun.places[n], runner, begun.start(n).constants(eom)).values()
-        kept[n] = stops_of(family.plan.breakpoints or (), drives, runner.span) == runner.method.breakpoints
+        kept[n] = stops_of(family.plan.breakpoints or (), drives, runner.span) == batch.breakpoints
     found |= {k: Outcome[Solution](None) for k, own in zip(begun.places, kept, strict=True) if not own}
     return begun.of(np.flatnonzero(kept))
 
