@@ -19,7 +19,7 @@ from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
 from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all, stops_of
 from kane.motion.course import Method
-from kane.motion.hybrid.contact_automaton import Record
+from kane.motion.hybrid.contact_automaton import Back, Record
 from kane.motion.hybrid.contact_tables import numbers_of
 from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
 from kane.motion.inputs.functions import constant
@@ -45,7 +45,7 @@ def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method) -
     return (
         bool(system.contacts)
         and system.modes_change
-        and not system.events
+        and all(event.then is None for event in system.events)
         and not is_constrained(eom)
         and not switches(eom)
         and not any(eom.numeric().value(timed))
@@ -121,16 +121,23 @@ class ContactBatch:
         return not self.timed or stops_of(self.eom, self.method, self.span, self._given(p)) == own.breakpoints
 
     def run(
-        self, x: Array, p: Array, alone: Callable[[int], None], stops: Callable[[], bool] = lambda: False
+        self,
+        x: Array,
+        p: Array,
+        alone: Callable[[int, Solution | None], None],
+        stops: Callable[[], bool] = lambda: False,
     ) -> Iterator[Led]:
-        """The motions from rows (q, u, a) of x with rows p of parameters, in groups; `alone(row)` is called for the others."""
+        """The motions from rows (q, u, a) of x with rows p of parameters, in groups.
+
+        `alone(row, motion)` is called for a motion that an event ends, or with None for one to be simulated separately.
+        """
         begin = 0
         while begin < len(x) and not stops():
             led, begin = self._led(x, p, begin, alone, stops)
             yield led
 
     def _led(
-        self, x: Array, p: Array, begin: int, alone: Callable[[int], None], stops: Callable[[], bool]
+        self, x: Array, p: Array, begin: int, alone: Callable[[int, Solution | None], None], stops: Callable[[], bool]
     ) -> tuple[Led, int]:
         """The motions from the row `begin` on, as many as fit in one table, and the row after them."""
         which, steps, every = list[int](), list[float](), list[ModeKernel]()
@@ -143,17 +150,21 @@ class ContactBatch:
                 free.append(own)
                 own, free = self.taken(p[n])
             own.renew(p[n])
-            if own.leads(x[n]):
+            back = own.leads(x[n])
+            if back is Back.END:
                 which.append(n)
                 steps.append(float(own.s[Slot.STEPS]))
                 records.append(own.completed().copy())
                 records[-1][:, Record.MODE] += len(every)
                 samples.append(own.rows.copy())
                 room -= records[-1].size + samples[-1].size
+            elif back is Back.EVENT:
+                motion, kept = self.motion(own, p[n])
+                alone(n, motion if kept else None)
             else:
                 every += own.made
                 free.append(own)
-                alone(n)
+                alone(n, None)
                 own, free = self.taken(p[n])
             n += 1
         every += own.made
@@ -190,6 +201,13 @@ class ContactBatch:
         )
         self.routine.on_rows(*places, out=found)()
         return found
+
+    def motion(self, own: ContactRunner, p: Array) -> tuple[Solution | None, bool]:
+        """The motion that a runner has led, and whether its energy balance certainly holds; None if equations may be singular."""
+        motion = own.motion()
+        found = self.read(motion.t, np.column_stack([motion.states, motion.work]), p[None])
+        regular = found[0, 2] > SURELY_REGULAR
+        return motion if regular else None, regular and self.is_kept(motion.t, found, motion.work, motion.phase)
 
     def is_kept(self, t: Array, found: Array, work: Array, piece: Indices) -> bool:
         """Whether the energy balance of a motion certainly holds, by the results of `read`, the work, and the mode of each row."""
@@ -245,17 +263,10 @@ class ContactCalls:
         batch = self.batch
         own, free = batch.taken(self.p)
         try:
-            motion = own.motion() if not is_noted() and own.leads(x) else None
+            led = not is_noted() and own.leads(x) is not None
+            motion, kept = batch.motion(own, self.p) if led else (None, False)
         finally:
             free.append(own)
         if motion is None:
             return None, False
-        found = batch.read(motion.t, np.column_stack([motion.states, motion.work]), self.p[None])
-        if not found[0, 2] > SURELY_REGULAR:
-            return None, False
-        kept = batch.is_kept(motion.t, found, motion.work, motion.phase)
-        end = f"reached t = {batch.span[1]:g}"
-        motion = replace(
-            motion, parameters=constants, status="finished", message=end, _again=again, _options=self.options
-        )
-        return motion, kept
+        return replace(motion, parameters=constants, _again=again, _options=self.options), kept

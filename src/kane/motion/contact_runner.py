@@ -23,7 +23,7 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import Method
-from kane.motion.hybrid.automaton import glance
+from kane.motion.hybrid.automaton import End, ended_by, glance
 from kane.motion.hybrid.contact_automaton import Back, Record, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
@@ -397,12 +397,16 @@ class ContactRunner:
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
-    def leads(self, x: Array) -> bool:
-        """Whether the kernel alone runs from the start x to the end of the span; `records` and `rows` then contain the motion."""
+    def leads(self, x: Array) -> Back | None:
+        """END or EVENT if the kernel alone runs from the start x to the end of the span, or to a terminal event; else None.
+
+        `records` and `rows` then contain the motion.
+        """
         if not self.made:
-            return False
+            return None
         self._sets_out((self.span[0], x, 0.0), self.made[0].method)
-        return Back(self.kernel(known=len(self.made), enter=2, most=self.method.max_steps)) is Back.END
+        back = Back(self.kernel(known=len(self.made), enter=2, most=self.method.max_steps))
+        return back if back in (Back.END, Back.EVENT) else None
 
     def _sets_out(self, at: tuple[float, Array, float], name: str) -> None:
         """Sets the kernel's arguments for a run from t, x and the work done, with the method `name`."""
@@ -481,10 +485,16 @@ class ContactRunner:
         """The array `records`, by rows."""
         return self.arrays["records"][2:].reshape(-1, self.width)
 
-    def motion(self) -> Solution | None:
-        """The completed modes as one motion; None if there are none."""
-        pieces, _ = self._collect(())
-        return pieces[0] if pieces else None
+    def motion(self) -> Solution:
+        """The completed modes as one motion, to the end of the span or to the event that ended the last one."""
+        ((motion,), by), (t, end) = self._collect(()), (self.s[Slot.TIME], self.span[1])
+        over = (
+            ended_by(by, [(event, float(t)) for event in by], acted=True)
+            if self.completed()[-1, Record.EVENT] >= 0
+            else None
+        )
+        over = over or End("finished", f"reached t = {end:g}")
+        return replace(motion, status=over.status, message=over.message, event=over.event)
 
     def completed(self) -> Array:
         """The rows of `records` of completed modes."""

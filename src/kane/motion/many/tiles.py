@@ -179,8 +179,10 @@ class ContactPool:
         if not begun.places:
             return Tile(found)
 
-        def alone(n: int) -> None:
-            if not stop.is_set():
+        def alone(n: int, motion: Solution | None = None) -> None:
+            if motion is not None:
+                found[begun.places[n]] = Outcome(replace(motion, parameters=begun.start(n).constants(family.eom)))
+            elif not stop.is_set():
                 found[begun.places[n]] = decided(_simulated, family, begun.places[n])
 
         finished = list[Finished]()
