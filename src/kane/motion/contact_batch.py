@@ -23,13 +23,16 @@ from kane.motion.hybrid.contact_automaton import Back, Record
 from kane.motion.hybrid.contact_tables import numbers_of
 from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
 from kane.motion.inputs.functions import constant
+from kane.motion.loop import admitted_start
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
 from kane.motion.runner import check_values, judged
 from kane.motion.solution.checks import surely_keeps
 from kane.motion.solution.phases import Indices, Phase, leaps
+from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
+from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.native.machine import Settings
@@ -40,15 +43,13 @@ _ROOM = 2**21
 
 
 def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method) -> bool:
-    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are the same in all motions."""
+    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are numbers or expressions."""
     system = eom.system
     return (
         bool(system.contacts)
         and system.modes_change
         and all(event.then is None for event in system.events)
-        and not is_constrained(eom)
         and not switches(eom)
-        and not any(eom.numeric().value(timed))
         and eom.solved.twin is None
         and not any(isinstance(b, Beam) for b in system.bodies)
         and all(same_in_all(f) is not None for f in drives.values())
@@ -98,7 +99,8 @@ class ContactBatch:
         self.functions = [drives[s] for s in eom.inputs]
         self.parameters = (*eom.parameters, *gains_of(self.functions))
         varied = [f.expr for f in self.functions if isinstance(f, Formula) and f.values]
-        self.timed = time in free_symbols(varied)
+        self.timed = time in free_symbols(varied) or any(eom.numeric().value(timed))
+        self.held = is_constrained(eom)
         self.vary = any(constant(f) is None for f in self.functions)
         self.r = np.array([*(constant(f) or 0.0 for f in self.functions), 0.0], dtype=float)
 
@@ -108,9 +110,9 @@ class ContactBatch:
 
     def taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
         """A runner that no other motion uses, and the list to which it must be returned after use."""
-        return runner(self.eom, self.method, self.span, self._given(p), self.settings, self.times)
+        return runner(self.eom, self.method, self.span, self.given(p), self.settings, self.times)
 
-    def _given(self, p: Array) -> tuple[dict[Expr, float], dict[Expr, Any]]:
+    def given(self, p: Array) -> tuple[dict[Expr, float], dict[Expr, Any]]:
         """Parameters, and inputs with their values, from a row p of both."""
         known: dict[Expr, float] = dict(zip(self.parameters, p.tolist(), strict=True))
         drives = {s: with_value(f, known) for s, f in self.drives.items()}
@@ -118,7 +120,7 @@ class ContactBatch:
 
     def _goes_on(self, own: ContactRunner, p: Array) -> bool:
         """Whether a runner can run a motion with other parameters: the same breakpoints."""
-        return not self.timed or stops_of(self.eom, self.method, self.span, self._given(p)) == own.breakpoints
+        return not self.timed or stops_of(self.eom, self.method, self.span, self.given(p)) == own.breakpoints
 
     def run(
         self,
@@ -253,8 +255,13 @@ class ContactCalls:
         check_values(eom, self.p[: len(eom.parameters)], self.batch.span)
 
     def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
-        """(q, u, a) from start values."""
-        return start_state(eom, *at)
+        """(q, u, a) from start values, on the constraints."""
+        batch = self.batch
+        if not batch.held:
+            return start_state(eom, *at)
+        parameters, drives = batch.given(self.p)
+        stepper = Stepper(eom, self.p[: len(eom.parameters)].copy(), tuple(drives.values()), batch.settings)
+        return admitted_start(stepper, Begin(at[0], at[1], None, at[2]), parameters, batch.span[0])[:-1]
 
     def run(
         self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]

@@ -171,11 +171,12 @@ class ContactPool:
 
     def __init__(self, family: Ensemble, batch: "ContactBatch") -> None:
         self.family, self.batch = family, batch
+        self.nearest = _nearest(family, batch) if batch.held else None
 
     def run(self, tile: range, stop: Flag) -> Tile:
         """The outcomes of a tile; after `stop` no instance is simulated individually."""
         family, batch = self.family, self.batch
-        begun, found = _begun(family, batch.span, tile)
+        begun, found = _held(family, batch, tile, self.nearest) if batch.held else _begun(family, batch.span, tile)
         if not begun.places:
             return Tile(found)
 
@@ -362,10 +363,8 @@ class Starts(NamedTuple):
         """The concatenation of both, with constraints."""
         if not other.places or not self.places:
             return other if other.places else self
-        assert self.reach is not None
-        assert other.reach is not None
         x, p = np.concatenate([self.x, other.x]), np.concatenate([self.p, other.p])
-        reach = np.concatenate([self.reach, other.reach])
+        reach = None if self.reach is None or other.reach is None else np.concatenate([self.reach, other.reach])
         usual = [one.usual[n % len(one.usual)] for one in (self, other) for n in range(len(one.places))]
         return Starts([*self.places, *other.places], x, p, reach, usual)
 
@@ -403,7 +402,7 @@ def _begun(family: Ensemble, span: tuple[float, float], tile: range) -> tuple[St
 
 
 def _held(
-    family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
+    family: Ensemble, runner: "Runner | ContactBatch", tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The initial states of a tile on the constraint manifold: computed together, and one by one where in doubt."""
     sure = None if nearest is None else decided(_sure, family, runner, tile, nearest).found
@@ -413,7 +412,7 @@ def _held(
     return own if sure is None else sure.and_then(own), failed
 
 
-def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates) -> "Starts":
+def _sure(family: Ensemble, runner: "Runner | ContactBatch", tile: range, nearest: NearestStates) -> "Starts":
     """The initial states of a tile that are not in doubt."""
     eom, poses = family.eom, _poses(family, runner, tile)
     found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
@@ -434,7 +433,7 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
     return Starts([*rows], x, p, reach, [s.usual for s in own]), failed
 
 
-def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
+def _nearest(family: Ensemble, runner: "Runner | ContactBatch") -> NearestStates | None:
     """The states nearest to the first instance that can be assembled; None if none of a few can, or if q or u is missing."""
     known = all(family.instances.at(0)[kind] is not None for kind in ("q", "u"))
     for k in range(min(_TRIED, family.instances.count) if known else 0):
@@ -443,7 +442,7 @@ def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
     return None
 
 
-def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
+def _poses(family: Ensemble, runner: "Runner | ContactBatch", rows: range) -> Poses:
     """Some of the instances as states at the initial time."""
     own = family.instances.part(rows)
     known: dict[Expr, Any] = {**(own.common["parameters"] or {}), **own.columns["parameters"]}
@@ -469,16 +468,21 @@ def _checked_start(family: Ensemble, span: tuple[float, float], k: int) -> Start
     return start
 
 
-def _projected_start(family: Ensemble, runner: Runner, k: int) -> Start | None:
+def _projected_start(family: Ensemble, runner: "Runner | ContactBatch", k: int) -> Start | None:
     """The initial state of the kth instance on its constraints; None if a kernel cannot decide it."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
-    runner.take(eom, constants)
-    x = None if at["q"] is None or at["u"] is None else runner.begin(eom, (at["q"], at["u"], at["states"]), constants)
-    if x is None or runner.holding is None:
+    one = runner if isinstance(runner, Runner) else runner.single()
+    one.take(eom, given_parameters(at["parameters"]) | constants)
+    x = None if at["q"] is None or at["u"] is None else one.begin(eom, (at["q"], at["u"], at["states"]), constants)
+    if x is None:
         return None
-    p, reach = np.array([constants[s] for s in eom.parameters]), runner.holding.stepper.reach
-    return Start(x.copy(), p, constants, reach.copy())
+    holding = runner.holding if isinstance(runner, Runner) else None
+    p, reach = (
+        np.array([constants[s] for s in eom.parameters]),
+        None if holding is None else holding.stepper.reach.copy(),
+    )
+    return Start(x.copy(), p, constants, reach)
 
 
 def _checked(family: Ensemble, motion: Solution) -> Solution:
