@@ -14,12 +14,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.gallery.contacts import bouncing_ball, mass_on_belt, rocking_block, slider_crank_with_clearance
+from kane.gallery.contacts import (
+    ball_on_turntable,
+    bouncing_ball,
+    mass_on_belt,
+    rocking_block,
+    shaken_block,
+    slider_crank_with_clearance,
+)
 from kane.motion import ContactMotion, ContactRunner
 from kane.progress import Interrupted
 from tests.examples import examples
 from tests.laws.test_contacts import started
 from tests.motion import test_contact_friction as friction
+from tests.motion.many.separate import simulated_separately
 from tests.oracles.planar_contacts import Plane, Plate, Touch
 from tests.systems.planar_contacts import planes, system
 
@@ -46,6 +54,12 @@ def decisions(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(ContactMotion, "after", after)
     return asked
+
+
+@pytest.fixture
+def separate(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The instances that were simulated separately."""
+    return simulated_separately(monkeypatch)
 
 
 def by_python(eom: kn.Equations, *args: Any, **options: Any) -> kn.Solution:
@@ -508,3 +522,24 @@ def test_events_of_prepared_and_many_motions_with_contacts(decisions: list[str])
         rows = np.searchsorted(sol.t, many["t"].values[there], side="right") - 1
         assert np.array_equal(many["x"].values[k, there], sol["x"][rows])
         assert np.isnan(many["x"].values[k, ~there]).all()
+
+
+@pytest.mark.parametrize("module", [ball_on_turntable, shaken_block])
+def test_batches_take_euler_parameters_and_loads_that_break(module: Any, separate: list[Any]) -> None:
+    """Starts on constraints are assembled for all together; the second time no motion is simulated separately."""
+    eom = kn.derive(module.system())
+    start = {kind: dict(values) for kind, values in module.START.items()}
+    name, usual = next(((s, v) for s, v in start["u"].items() if v), ("u_x", 0.1))
+    values = usual * np.linspace(0.8, 1.2, 6)
+    options: dict[str, Any] = {"samples": 6, "rtol": 1e-9, "atol": 1e-10}
+    starts = [{"q": start["q"], "u": {**start["u"], name: float(v)}} for v in values]
+    each = [kn.simulate(kn.derive(eom.system), (0, 0.5), **one, **options) for one in starts]
+    run = kn.prepare(eom, (0, 0.5), **options)
+    assert run.in_one_call
+    for one, other in zip([run(**own) for own in starts], each, strict=True):
+        agree(one, other, 0.0)
+    for _ in range(2):
+        separate.clear()
+        many = kn.simulate_many(eom, (0, 0.5), q=start["q"], u={**start["u"], name: values}, threads=1, **options)
+        np.testing.assert_allclose(many["end_state"], [sol.states[-1] for sol in each], rtol=0, atol=1e-12)
+    assert separate == []

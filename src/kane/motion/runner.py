@@ -420,7 +420,8 @@ class Runner:
             p = self.now.p[: len(eom.parameters)]
             stepper = Stepper(eom, p, self.now.drives, self.now.settings)
             way = self.span, np.append(x, 0.0), self.times[:-1]
-            return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
+            given = self.given | {"pauses": self.pauses[: 3 * self.breakpoints + 1]}
+            return continued(stepper, self.method, way, phase, (given, stiffness), begun)
 
     def _logged_events(self) -> list[Noted]:
         """Collects from the kernel logged events, one pair of tables for each call, and changes of dependent speeds."""

@@ -9,24 +9,17 @@ import numpy as np
 import pytest
 
 import kane as kn
-import kane.motion.many.tiles as tiles
 from kane.gallery import four_bar, pendulum_on_cart
+from tests.motion.many.separate import simulated_separately
 
 KP, KD, W, MOST = kn.parameter("kp", 40.0), kn.parameter("kd", 8.0), kn.parameter("w"), kn.parameter("most", 3.0)
 COUNT = 70
 
 
 @pytest.fixture
-def separate(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def separate(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """The instances that were simulated separately."""
-    asked, own = list[int](), tiles._simulated
-
-    def simulated(family: Any, k: int) -> Any:
-        asked.append(k)
-        return own(family, k)
-
-    monkeypatch.setattr(tiles, "_simulated", simulated)
-    return asked
+    return simulated_separately(monkeypatch)
 
 
 def cart() -> tuple[kn.Equations, kn.Expr, kn.Expr]:
@@ -109,7 +102,7 @@ NAMES = (
 @pytest.mark.parametrize("lanes", [False, True])
 @pytest.mark.parametrize("name", NAMES)
 def test_one_kernel_runs_inputs_that_differ(
-    name: str, lanes: bool, rng: np.random.Generator, separate: list[int]
+    name: str, lanes: bool, rng: np.random.Generator, separate: list[Any]
 ) -> None:
     eom, start, inputs, columns = ways(name, rng)
     given: dict[str, Any] = {"parameters": {s: v for s, v in columns.items() if not is_input(eom, s)}}
@@ -175,7 +168,7 @@ def test_a_parameter_of_inputs_without_a_value_is_named() -> None:
     assert run(q=[0, 0.1], u=[0, 0], parameters={W: 2.0}).status == "finished"
 
 
-def test_gains_of_motions_with_contacts(separate: list[int]) -> None:
+def test_gains_of_motions_with_contacts(separate: list[Any]) -> None:
     """A block on a floor is pushed by a force whose amplitude and feedback differ; no instance is simulated separately."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
