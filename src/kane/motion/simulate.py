@@ -143,7 +143,7 @@ def simulate(
     for told in (t, None if start is None else float(start.t[-1])):
         _check_time(told, *span)
     options, bounds = _options(plan, settings, start)
-    values = inherited_parameters(eom, start, parameters)
+    values = inherited_parameters(eom, start, parameters, inputs)
     constants = parameter_values(eom.system, values)
     check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
     known = given_parameters(values) | constants
