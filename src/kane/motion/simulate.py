@@ -20,7 +20,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter
 from kane.model.beams.beam import Beam, doubts
 from kane.motion.course import Method
-from kane.motion.inputs.expressions import Formula, given_parameters
+from kane.motion.inputs.expressions import Formula, by_symbol, given_parameters
 from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import MOST_STEPS, STEPS_ASKED, breakpoints_of, run, solver
@@ -143,7 +143,7 @@ def simulate(
     for told in (t, None if start is None else float(start.t[-1])):
         _check_time(told, *span)
     options, bounds = _options(plan, settings, start)
-    values = inherited_parameters(eom, start, parameters)
+    values = inherited_parameters(eom, start, parameters, inputs)
     constants = parameter_values(eom.system, values)
     check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
     known = given_parameters(values) | constants
@@ -239,6 +239,7 @@ def by_runner(
 ) -> tuple[Solution | None, bool]:
     """The motion by a runner in exclusive use, and whether its energy balance certainly holds; None if it needs the general loop."""
     q, u, states, parameters = at
+    parameters = by_symbol(eom, parameters, inputs) if inputs else parameters
     if parameters is None:
         runner.usual = runner.usual or parameter_values(eom.system, None)
     constants = dict(runner.usual) if parameters is None else parameter_values(eom.system, parameters)
@@ -303,6 +304,7 @@ def _method_and_inputs(
 ) -> tuple[Method, Mapping[Expr, Any], dict[str, Any]]:
     """The method, inputs and options of the motions of a plan; inputs may contain `parameters` if these are given."""
     options, bounds = _options(plan, settings, None)
+    parameters = by_symbol(eom, parameters, inputs)
     usual: dict[Expr, Any] = {p: 1.0 if p.default is None else p.default for p in eom.parameters}
     known = usual if parameters is None else given_parameters(parameters) | parameter_values(eom.system, parameters)
     return solver(options, bounds), input_functions(eom, inputs, check_span(plan.span), known), options

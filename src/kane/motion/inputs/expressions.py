@@ -22,7 +22,8 @@ import numpy as np
 from kane import expect
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, cut
+from kane.equations.instances import own_parameters
+from kane.errors import SimulationError, ValueMissingError, cut
 from kane.expr.build import NODE_BUILDERS, add, neg
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import Walk, evaluate, free_symbols
@@ -33,6 +34,7 @@ from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import fold, substituted
 from kane.motion.inputs.breakpoints import breakpoints, by_time, on_from, up_to
 from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port
 from kane.progress import heed
@@ -114,11 +116,18 @@ def formula(
 
     Raises
     ------
+    ValueMissingError
+        if it contains a parameter without a value
     SimulationError
-        if it contains anything but time, the state, and parameters of the model
+        if it contains anything but time, the state, and parameters
     """
     own, known = set(state), {**parameters, **gains}
     symbols = [s for s in free_symbols([expr]) if not isinstance(s, Time)]
+    missing = (s.name for s in symbols if isinstance(s, Parameter) and s not in known)
+    cure = "Pass parameters={…}, or declare a default, kn.parameter(name, default)."
+    expect.none(
+        missing, f"a value for every parameter of the input {name}", "none for {}", cure, error=ValueMissingError
+    )
     wrong = [f"{s} ({type(s).__name__})" for s in symbols if s not in known and s not in own]
     if wrong:
         kinds, else_ = ("time, coordinates, speeds", "rates or reactions") if state else ("time", "the state")
@@ -133,9 +142,7 @@ def formula(
 
 def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Expr, float]:
     """The values of the parameters in an expression that the model does not contain."""
-    own = set(eom.parameters)
-    foreign = [s for s in free_symbols([expr]) if isinstance(s, Parameter) and s not in own]
-    numbers = {s: parameters.get(s, s.default) for s in foreign}
+    numbers = {s: parameters.get(s, s.default) for s in own_parameters(eom, [expr])}
     return {s: float(v) for s, v in numbers.items() if v is not None}
 
 
@@ -147,6 +154,14 @@ def gains_of(drives: Iterable[Any]) -> dict[Expr, float]:
 def with_value(drive: Any, parameters: Mapping[Expr, Any]) -> Any:
     """An input with other values of parameters in its expression, if it is one; those left out keep theirs."""
     return drive.at(parameters) if isinstance(drive, Formula) else drive
+
+
+def by_symbol(eom: Equations, given: Any, inputs: Any, gains: Iterable[Expr] = ()) -> Any:
+    """A mapping of parameters by symbol or name, by symbol; those that occur only in `inputs`, or are `gains`, may be named, too."""
+    if not isinstance(given, Mapping):
+        return given
+    symbols: dict[Any, None] = dict.fromkeys([*eom.system.parameters, *own_parameters(eom, inputs), *gains])
+    return given_parameters(given) | named_values("parameters", tuple(symbols), given)
 
 
 def given_parameters(given: Any) -> dict[Expr, Any]:
