@@ -168,11 +168,7 @@ class Differential:
     def _parts(self, motion: Solution, rows: Indices) -> Iterator[tuple[Equations, float, float]]:
         """The parts of a phase, given by its samples, each integrated with the same equations: these, its first and last time."""
         eom = motion.samples[rows[0]] if motion.samples else motion.equations
-<<<<<<< HEAD
-        first, last = motion.t[rows[[0, -1]]].tolist()
-=======
         first, last = float(motion.t[rows[0]]), float(motion.t[rows[-1]])
->>>>>>> user24
         for other, start in ((s.equations, s.start) for s in motion.segments if first <= s.start < last):
             if other.system is eom.system:
                 yield eom, first, start
