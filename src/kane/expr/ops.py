@@ -10,8 +10,6 @@ comparisons and choices.
 What never changes is its own copy.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -48,7 +46,7 @@ class Op:
     def __repr__(self) -> str:
         return f"Op({self.name!r})"
 
-    def __reduce__(self) -> tuple[Callable[[str], Op], tuple[str]]:
+    def __reduce__(self) -> "tuple[Callable[[str], Op], tuple[str]]":
         return _named, (self.name,)
 
 

@@ -18,8 +18,6 @@ parameters are evaluated once per set of parameters and cost little. If axes bec
 arbitrary there, and the rest of the rotation, `phase`, is computed with the same γ.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -136,7 +134,7 @@ class Leaning(NamedTuple):
 
     cosines: Array
     gamma: Expr
-    alpha: Alpha
+    alpha: "Alpha"
 
 
 class Alpha(NamedTuple):
@@ -167,9 +165,9 @@ class Node:
     """
 
     declared: Frame
-    base: Node | None = None
+    base: "Node | None" = None
     lead: Array = field(default_factory=lambda: np.eye(3))
-    seat: RotationAxis | None = None
+    seat: "RotationAxis | None" = None
     angle: Expr = ZERO
     sense: int = 1
     phase: Expr = ZERO

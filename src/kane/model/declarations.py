@@ -6,8 +6,6 @@ independent speeds u_1 … u_p are defined (Kane & Levinson 1985, sec. 2.13), ra
 need as many speeds as rates: w = A_q q̇ + b_q vanishes, and shortens q̇ = W u + X if it occurs there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, cast

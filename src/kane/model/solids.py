@@ -4,8 +4,6 @@
 The moments of each solid are a row of a table. For solids without an obvious mass centre, `inertia.shape.centroid` is its position.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -75,7 +73,7 @@ class Inertia(Dyadic):
         super().__init__(dyadic.dyads)
         object.__setattr__(self, "shape", shape)
 
-    def __reduce__(self) -> tuple[Callable[..., Inertia], tuple[Any, ...]]:
+    def __reduce__(self) -> "tuple[Callable[..., Inertia], tuple[Any, ...]]":
         return Inertia, (Dyadic(self.dyads), self.shape)
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`animate`: an animation of a motion, in an HTML page or a notebook, as glTF, or as pictures."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -127,7 +125,7 @@ class Animation:
         """Write a file in the format of its ending, whatever its present content."""
         self._writer(path)(self, path)
 
-    def _writer(self, path: Path) -> Callable[[Animation, Path], object]:
+    def _writer(self, path: Path) -> "Callable[[Animation, Path], object]":
         result = FORMATS.get(path.suffix.lower())
         if result is None:
             raise ArgumentError(f"Expected a file that ends in {', '.join(FORMATS)}, got {str(path)!r}.")

@@ -6,8 +6,6 @@ current contribution of every load and body. Results: coordinates, speeds, react
 sliders change parameters and start, and the page runs the same kernel as `kn.simulate`.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

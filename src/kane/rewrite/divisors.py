@@ -6,8 +6,6 @@ p. 778, extended by signs, constants and tiers): a factor of several terms of a 
 factors, and a pair of factors of several products.
 """
 
-from __future__ import annotations
-
 import heapq
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterable

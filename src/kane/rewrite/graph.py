@@ -12,8 +12,6 @@ parameters. The parameters in a product are multiplied first and count as one fa
 reciprocal of one shared by several products is computed once, and a single product divides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Protocol
 

@@ -5,8 +5,6 @@ A system does not record which function made a group of constraints, a contact o
 result is identical, field by field. Others are written as records.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial

@@ -5,8 +5,6 @@ The text follows the graph, one operator per node: executing it performs the sam
 to names Z1, Z2, … before their use.
 """
 
-from __future__ import annotations
-
 import json
 import keyword
 import re

@@ -4,8 +4,6 @@
 A point belongs to a body if a chain of offsets that are constant in the body's frame leads to it from the mass centre.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ A coordinate in the angle of a frame is a rotation about its axis, shown at the 
 displacement along the path of the point as the coordinate grows from zero, with the following coordinates still zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A drawing as SVG: styles by class, colours as variables for light and dark themes, text with halos, a title and a description."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from html import escape

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Pictures of a motion without a browser, as PNG, GIF, WebP and MP4: triangles are shaded, sorted by distance, and drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import groupby, product, repeat
