@@ -226,12 +226,8 @@ class Linear(Attributes):
         SimulationError
             if python-control is not installed
         """
-        try:
-            import control
-        except ModuleNotFoundError as error:
-            raise SimulationError(
-                "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are available without it."
-            ) from error
+        lacking = "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are available without it."
+        control = expect.package("control", SimulationError(lacking))
         n, nr = len(self.states), len(self.inputs)
         c, d, names = (self.C, self.D, self.outputs) if self.outputs else (np.eye(n), np.zeros((n, nr)), self.states)
         own = {"states": self.states, "inputs": self.inputs, "outputs": names}

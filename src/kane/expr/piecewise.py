@@ -199,7 +199,7 @@ Piece = tuple[float, float, list[float]]
 
 def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
     """The operation of data; with corners, also those of its two sides and of the quantity that changes sign there."""
-    corners = corner_abscissas(data)
+    corners = tuple(data.ends[_apart(data) | _apart(data.slope())].tolist())
     if not corners:
         return piecewise(data, label, unit, of)
     if data.period is not None and len(corners) % 2:  # signs must come round
@@ -208,12 +208,6 @@ def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
     turning = piecewise(_turning(data), f"corners of {label}")
     one, other = (piecewise(_side(data, k), f"{label}{'+-'[k]}", unit, of) for k in (0, 1))
     return piecewise(data, label, unit, of, 0, (turning, one, other))
-
-
-def corner_abscissas(data: Data) -> tuple[float, ...]:
-    """The ends of pieces at which values or slopes differ."""
-    apart = _apart(data) | _apart(data.slope())
-    return tuple(data.ends[apart].tolist())
 
 
 @cache

@@ -317,6 +317,3 @@ def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slid
 
 def _unit(unit: str) -> str:
     return unit_text(unit) if unit not in ("", "1") else ""
-
-
-__all__ = ["FirstScreen", "screen_of"]

@@ -408,7 +408,8 @@ def _squares(derived: Derived, e: Embedding) -> Iterator[Square]:
         best: list[Form] = []
         if m.center.partials:
             ways = [[_without_vanishing(x, rows, zero) for x in _forms(m.center, f)] for f in _frames(derived, m)]
-            best = _shortest(ways, seen)
+            price = Prices(seen)
+            best = min(ways, key=lambda xs: price([c for x in xs for c in x.values()]) + _TERM * sum(map(len, xs)))
         seen += [c for x in best for c in x.values()]
         yield from (Square(m.part.mass, x, x) for x in best if x)
         if m.rotation is None:
@@ -417,11 +418,6 @@ def _squares(derived: Derived, e: Embedding) -> Iterator[Square]:
         omega = [_without_vanishing(x, rows, zero) for x in _forms(m.rotation.motion, inertia.frame)]
         for row, x in zip(inertia.rows, omega, strict=True):
             yield from (Square(w, x, y) for w, y in zip(row, omega, strict=True) if w is not ZERO and x and y)
-
-
-def _shortest(ways: Sequence[list[Form]], seen: Sequence[Expr]) -> list[Form]:
-    price = Prices(seen)
-    return min(ways, key=lambda xs: price([c for x in xs for c in x.values()]) + _TERM * sum(map(len, xs)))
 
 
 def _frames(derived: Derived, m: Moving) -> list[Basis]:

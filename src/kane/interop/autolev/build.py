@@ -218,7 +218,9 @@ def build(sheet: Sheet) -> Imported:
     kin = kinematics(space, names, speeds, moving)
     whole = partial(_system, sheet, names, space, kin, bodies, laws, shown)
     system = _relieved(sheet, whole, loads)
-    _check_outputs(sheet, system)
+    for symbol in (s for s in (*system.inputs, *system.parameters) if s in sheet.outputs):
+        why, line = sheet.outputs[symbol]
+        raise line.refuse(f"an expression of the model for {symbol.name}", why)
     return _imported(sheet, names, system)
 
 
@@ -355,14 +357,6 @@ def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
         if difference.parts and not agree([size + 1], [ONE], space.groups):
             text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity: the velocity is used"
             sheet.remarks.say("changed", text, line.where)
-
-
-def _check_outputs(sheet: Sheet, system: System) -> None:
-    """Raises if the model depends on a quantity whose value is an output that is not read."""
-    for symbol in (*system.inputs, *system.parameters):
-        if symbol in sheet.outputs:
-            why, line = sheet.outputs[symbol]
-            raise line.refuse(f"an expression of the model for {symbol.name}", why)
 
 
 def _rated_states(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:

@@ -314,8 +314,3 @@ def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
     for name in names or sheet.masses:
         total = total + sheet.position(origin, sheet.bodies.get(name, name)).times(sheet.masses[name])
     return total.times(ONE / whole)
-
-
-__all__ = [
-    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "output", "pair_of", "point_of", "scalars", "solve", "word",
-]  # fmt: skip

@@ -339,6 +339,3 @@ def _lengths(system: System, into: Quantities) -> Iterator[tuple[str, int, int]]
             if name not in seen:
                 seen.add(name)
                 yield name, into.position(p.parent), into.position(p)
-
-
-__all__ = ["center_of", "scene", "system_of"]

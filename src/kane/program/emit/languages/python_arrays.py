@@ -21,7 +21,7 @@ def _number(value: float) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Arrays:
+class ArrayLibrary:
     """The spellings of an array library that emitted modules use."""
 
     language: Language
@@ -78,7 +78,7 @@ def _packed(out, leading, own):
         return {empty}
     return {stacked}.reshape((*leading, *own))
 '''
-_JAX = _Arrays(
+JAX = ArrayLibrary(
     _language("jnp", "jnp", "jax"),
     "import jax.numpy as jnp",
     _VECTOR.format(
@@ -92,7 +92,7 @@ _JAX = _Arrays(
         "The functions are pure: jax.jit({f}), jax.vmap({f}, …), jax.jacfwd({f}, argnums=…).",
     ),
 )
-_TORCH = _Arrays(
+TORCH = ArrayLibrary(
     _language("torch", "torch", all_wrapped=True),
     "import torch",
     _VECTOR.format(
@@ -108,20 +108,11 @@ _TORCH = _Arrays(
 )
 
 
-def emit_jax(program: Program, *, version: str = "") -> str:
-    """The text of a module for JAX."""
-    return _emit(program, _JAX, version)
-
-
-def emit_torch(program: Program, *, version: str = "") -> str:
-    """The text of a module for PyTorch."""
-    return _emit(program, _TORCH, version)
-
-
 _OWN = ("jnp", "torch", "NAN", "INFINITY", "leading", "out", "DEFAULTS")
 
 
-def _emit(program: Program, arrays: _Arrays, version: str) -> str:
+def emit_arrays(arrays: ArrayLibrary, program: Program, *, version: str = "") -> str:
+    """The text of a module for an array library."""
     drawn = python_module(program, _OWN)
     tables = drawn.tables
     file = file_of(program, arrays.language, (*_OWN, *tables.values(), *drawn.defaults.values()))
