@@ -125,9 +125,7 @@ class Motions(Immutable):
 
     def in_speeds(self, e: Any) -> Any:
         """An expression or vector with each rate q̇ written in speeds, and each q̈ in speeds and u̇."""
-        if isinstance(e, Vector):
-            return e.map(self.in_speeds)
-        return without_rates(self.derived, as_expr(e))
+        return e.map(self.in_speeds) if isinstance(e, Vector) else without_rates(self.derived, as_expr(e))
 
     def _by_speed(self, vector: Callable[[Speed], Vector]) -> Partials:
         return MappingProxyType({u: _short(vector(u)) for u in self.speeds})

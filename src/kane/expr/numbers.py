@@ -107,9 +107,7 @@ def root(value: Any) -> Any:
 
 
 def _made(ratio: Fraction, radicand: int) -> Any:
-    if radicand == 1 or not ratio:
-        return ratio
-    return Surd(ratio, radicand)
+    return ratio if radicand == 1 or not ratio else Surd(ratio, radicand)
 
 
 _SINES = {

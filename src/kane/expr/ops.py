@@ -13,7 +13,7 @@ What never changes is its own copy.
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -141,15 +141,7 @@ class Immutable(Attributes):
         return self
 
 
-class Born(Protocol):
-    """What has a parent of its own kind, or none."""
-
-    @property
-    def parent(self) -> Any:
-        """What it is born from."""
-
-
-def landmarks(child: Born) -> Sequence[Any]:
+def landmarks(child: Any) -> Sequence[Any]:
     """Some ancestors from the root on, a bounded number of births apart: pickled first, long lines of them need no recursion."""
     line, at = [], child.parent
     while at is not None:

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, sum_of
 from kane.expr.differentiation import Affine, affine_forms, combined
 from kane.expr.evaluation import price
 from kane.expr.matrix import Matrix
@@ -47,10 +47,7 @@ class ScalarForm(NamedTuple):
 
     def total(self) -> Expr:
         """The sum as an expression."""
-        value = self.rest
-        for u, c in self.coefficients.items():
-            value = add(value, mul(c, u))
-        return value
+        return sum_of([self.rest, *(mul(c, u) for u, c in self.coefficients.items())])
 
 
 def is_rate(row: Row) -> bool:

@@ -199,9 +199,7 @@ class ContactLaw(Immutable):
 
     def along(self, mode: ContactMode) -> tuple[Expr, ...]:
         """The measure numbers of the unit vector along the slip."""
-        if mode.straight:
-            return self.direction
-        return tuple(c.expr / sqrt(self.square) for c in self.slips)
+        return self.direction if mode.straight else tuple(c.expr / sqrt(self.square) for c in self.slips)
 
     @property
     def onward(self) -> Expr:

@@ -251,9 +251,8 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
         expect.instance(v, Vector, "the other corners of a triangle as two Vectors from the first", cure)
     third = as_expr(mass) / 12
     center = (p + q) / 3
-    total = Dyadic()
-    for corner in (Vector(), p, q):
-        total = total + parallel_axis(Dyadic(), third, (corner - center).express(frame))
+    corners = (parallel_axis(Dyadic(), third, (v - center).express(frame)) for v in (Vector(), p, q))
+    total = sum(corners, start=Dyadic())
     return Inertia(total.express(frame), Shape("triangular plate", {}, None, frame, center))
 
 

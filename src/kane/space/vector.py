@@ -446,10 +446,7 @@ class Dyadic(Immutable):
         """I · w."""
         if type(w) is not Vector:
             raise not_a_vector("dyadic.dot(w)", w)
-        total = Vector()
-        for a, b in self.dyads:
-            total = total + a * b.dot(w)
-        return total
+        return sum((a * b.dot(w) for a, b in self.dyads), start=Vector())
 
     def components(self, frame: Frame) -> Matrix:
         """The 3 × 3 matrix of measure numbers along the axes of `frame`."""

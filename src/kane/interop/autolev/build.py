@@ -289,12 +289,9 @@ def _loads(sheet: Sheet, names: LastForm, space: Space, bodies: list[Body], show
 
 def _moving(space: Space) -> list[Expr]:
     """The expressions in the positions and orientations of the model."""
-    found: list[Expr] = []
-    vectors: list[Vector] = []
-    for f in (*space.frames.values(), *space.turning.values()):
-        found += [x for v in (f.x, f.y, f.z) for x in v.components(space.root)]
-    vectors += [p.position(space.origin) for p in space.points.values()]
-    return found + [x for v in vectors for x in v.scalars()]
+    frames = (*space.frames.values(), *space.turning.values())
+    turned = [x for f in frames for v in (f.x, f.y, f.z) for x in v.components(space.root)]
+    return [*turned, *(x for p in space.points.values() for x in p.position(space.origin).scalars())]
 
 
 def _system(

@@ -305,9 +305,7 @@ def _over(v: Vector, length: Expr) -> Vector | None:
 def _directions(place: Contact) -> Iterator[dict[str, Vector]]:
     """Candidate directions in the contact plane and velocities of its surface, which include that of the ground."""
     ways = [c.forces[0][1] for c in place.rolling]
-    running = Vector()
-    for c, way in zip(place.rolling, ways, strict=True):
-        running = running + way * -c.own
+    running = sum((way * -c.own for c, way in zip(place.rolling, ways, strict=True)), start=Vector())
     yield from ({}, {"surface": running}, *({"along": w} for w in ways[:1]))
     yield from ({"along": w, "surface": running} for w in ways[:1])
 

@@ -130,9 +130,8 @@ class _Import:
 
     def system(self) -> System:
         """The system."""
-        bodies, names = [], FreeNames()
-        for b in self._given.bodies:
-            bodies.append(self._body(b, names.free(str(b.name))))
+        names = FreeNames()
+        bodies = [self._body(b, names.free(str(b.name))) for b in self._given.bodies]
         loads = [self._load(place, vector, names) for place, vector in self._given.loads]
         if self._given.lagrangian is not None:
             loads += self._potential()

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kane.errors import ModelError
-from kane.expr.build import add, mul, neg
+from kane.expr.build import add, mul, neg, sum_of
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, QuasiRate, Speed, rate
@@ -113,10 +113,7 @@ def _equations(
     for i in range(n):
         if own[i]:
             continue
-        total = f[i]
-        for q, x in zip(known.coordinates, k_q[i], strict=True):
-            total = add(total, mul(x, rate(q)))
-        basic.append(total)
+        basic.append(sum_of([f[i], *(mul(x, rate(q)) for q, x in zip(known.coordinates, k_q[i], strict=True))]))
         rows.append([neg(x) for x in k_u[i]])
     for group, quasi in sets.items():
         basic += quasi
