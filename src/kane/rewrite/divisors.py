@@ -228,7 +228,7 @@ class DivisorSearch:
         for v in range(len(graph.terms)):
             for t in graph.of(v):
                 self.enter(t)
-        graph.listener = self
+        graph.listener = self.enter
 
     def enter(self, t: int) -> None:
         """Adds a term with its divisors."""
