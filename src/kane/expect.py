@@ -8,6 +8,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterable
+from importlib import import_module
 from inspect import Parameter, signature
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -166,6 +167,14 @@ def floats(
         return reals(given)
     except (TypeError, ValueError, OverflowError) as wrong:
         raise refusal(error, expected, said(came) or cut(repr(given)), cure) from wrong
+
+
+def package(name: str, error: Exception) -> Any:
+    """An optional package; the error, if it is not installed."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as missing:
+        raise error from missing
 
 
 def keywords(*names: str) -> Callable[[F], F]:

@@ -13,8 +13,6 @@ steps and where Python's functions are asked, since an exception at any place co
 within a second interrupts the program, so that a loop of many motions can be left.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

@@ -12,8 +12,6 @@ are nonholonomic partial velocities, so that constraints remain satisfied. Slip 
 friction; if several impulses satisfy this, the smallest is taken, which does not depend on the choice of tangential axes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Unpack

@@ -4,8 +4,6 @@
 Normal modes of M ẍ + K x = 0: x = B η, BᵀM B = 1, BᵀK B = Λ (Kane & Levinson 1985, sec. 7.9).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -128,7 +126,7 @@ class Linear(Attributes):
         expect.none(unknown, f"states among {', '.join(self.states)}", cure=cure, error=ValueMissingError)
         return [self.states.index(n) for n in names]
 
-    def without(self, *states: Any) -> Linear:
+    def without(self, *states: Any) -> "Linear":
         """The linear equations without some states, on which no other depends; `without("cyclic")` removes all cyclic ones.
 
         Raises
@@ -228,12 +226,8 @@ class Linear(Attributes):
         SimulationError
             if python-control is not installed
         """
-        try:
-            import control
-        except ModuleNotFoundError as error:
-            raise SimulationError(
-                "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are available without it."
-            ) from error
+        lacking = "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are available without it."
+        control = expect.package("control", SimulationError(lacking))
         n, nr = len(self.states), len(self.inputs)
         c, d, names = (self.C, self.D, self.outputs) if self.outputs else (np.eye(n), np.zeros((n, nr)), self.states)
         own = {"states": self.states, "inputs": self.inputs, "outputs": names}

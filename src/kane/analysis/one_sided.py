@@ -6,8 +6,6 @@ all i. x |x| and guarded quotients have equal derivatives on both sides, however
 v = 0, but |v| v has: differentiation takes that of √0 as zero, and derivatives at displaced states decide whether this is right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

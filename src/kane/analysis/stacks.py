@@ -118,12 +118,7 @@ def _run(kernel: CompiledKernel, b: MatrixEntries, found: Stack, order: Sequence
 
 @cache
 def _compiled(settings: Settings) -> CompiledKernel:
-    return CompiledKernel(stacks_kernel(), settings)
-
-
-def stacks_kernel() -> Kernel:
-    """The kernel that solves A x = b for rows of states."""
-    return _Eliminating().kernel()
+    return CompiledKernel(_Eliminating().kernel(), settings)
 
 
 class _Eliminating:

@@ -78,7 +78,8 @@ def guarded() -> Iterator[None]:
             if type(error).__name__ == "NoArgsIsHelpError":
                 typer.echo(error.ctx.get_help(), err=True, color=coloured())
                 raise typer.Exit(_USAGE) from None
-            complain("error", _misused(error))
+            path = error.ctx.command_path if error.ctx else "kane"
+            complain("error", f"{_error_message(error, path)}\nSee `{path} --help`.")
             raise typer.Exit(_USAGE) from None
         except UserError as error:
             typer.echo(str(error), err=True)
@@ -96,12 +97,6 @@ def guarded() -> Iterator[None]:
         except KeyboardInterrupt:
             typer.echo("Interrupted.", err=True)
             raise typer.Exit(_INTERRUPTED) from None
-
-
-def _misused(error: Any) -> str:
-    """The error in the arguments of a command, and a reference to its help."""
-    path = error.ctx.command_path if error.ctx else "kane"
-    return f"{_error_message(error, path)}\nSee `{path} --help`."
 
 
 def _error_message(error: Any, path: str) -> str:

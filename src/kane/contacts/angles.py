@@ -6,8 +6,6 @@ condition has degree 2 in the contact's own angle and 1 in the other; their resu
 computed as those of a polynomial in z = exp(iφ) near the unit circle, a form in which no direction lies at infinity.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kane.numeric.arrays import Array, Complex

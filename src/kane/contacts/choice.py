@@ -12,8 +12,6 @@ All modes of few contacts are enumerated. Modes with equal accelerations count a
 boundary.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -120,8 +118,8 @@ def choose(problem: ContactProblem, before: Sequence[ContactStatus] | None = Non
 
 
 def _rounds(
-    problem: ContactProblem, friction: Array, before: Sequence[ContactStatus] | None, met: list[ModeSolutions]
-) -> Iterator[tuple[tuple[ModeSolutions, ModeSolution], ...]]:
+    problem: ContactProblem, friction: Array, before: Sequence[ContactStatus] | None, met: "list[ModeSolutions]"
+) -> "Iterator[tuple[tuple[ModeSolutions, ModeSolution], ...]]":
     """Sequences of (solutions found, solution taken), one pair per round, in order of preference; all found are appended to `met`."""
     found = _answers(problem.with_friction(friction))
     met.append(found)
@@ -136,7 +134,7 @@ def _rounds(
             yield ((found, solution),)
 
 
-def _answers(one: ContactProblem) -> ModeSolutions:
+def _answers(one: ContactProblem) -> "ModeSolutions":
     """Solutions with one coefficient per contact: all for few contacts; one for many, or if small friction makes it unique."""
     sole = unique(one)
     if few(one) and not sole:

@@ -8,8 +8,6 @@ Each y gives a lower bound on |x|: c·y = x·Aᵀy ≤ |x| |P_K(Aᵀ y)|, as A�
 infeasible, y diverges along a ray with an infinite bound, and c − A x converges to such a ray.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

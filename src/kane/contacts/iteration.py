@@ -12,8 +12,6 @@ Curnier 1991, Comput. Meth. Appl. Mech. Engng 92, 353). Redundant contacts make 
 W + ε diag(W), with decreasing ε, which keeps forces near the previous ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

@@ -9,8 +9,6 @@ singular values; so r_i = s_i Σ s_j |λ_j| + terms, |Δx| ≤ u |A⁻¹| r and 
 value of an inequality over its error bound: above 1 it holds, below −1 it is violated, between both lies its boundary.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -5,8 +5,6 @@ Contact i has the rows d i … d i + d − 1: its normal, then its d − 1 tange
 contact forces, a the accelerations of gap and slip. Impulses p and velocities v satisfy equations of the same form, v⁺ = W p + v⁻.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -79,7 +77,7 @@ class ContactProblem:
         """The tangential components (k × d − 1) of values of all rows (dk)."""
         return values.reshape(self.count, self.dimension)[:, 1:]
 
-    def with_friction(self, friction: Array) -> ContactProblem:
+    def with_friction(self, friction: Array) -> "ContactProblem":
         """The problem with one coefficient per contact (k); contacts that slip already keep μ_k."""
         one = np.where(self.slides, self.kinetic, friction)
         return replace(self, static=one, kinetic=one)

@@ -10,8 +10,6 @@ Compression ends at v_n = 0. Restitution ends by one of three laws: Newton's, v_
 ∫ v_n dp = −e² times that of compression, with which energy never increases (Stronge 1990, Proc. R. Soc. Lond. A 431, 169).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ SEQUENTIAL: one contact at a time by Routh's method, the fastest approach first,
 all that approach at once, v_n⁺ ≥ −e v_n⁻, with friction impulses that oppose the slip after the impact (Moreau 1988): Newton's law.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

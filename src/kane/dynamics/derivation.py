@@ -100,13 +100,6 @@ def _null_vector(matrix: Matrix, system: System) -> Array | None:
     return None if regular else found
 
 
-def check_released(system: System, rows: ConstraintRows) -> None:
-    """Raises a ReactionError if there are reactions at cuts and a constraint whose points of application are unknown."""
-    cuts = [r for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
-    if cuts:
-        check_placed(lambda: f"reactions {', '.join(map(str, cuts))} contain", rows.constraints, "kn.rolling.")
-
-
 def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> None:
     """Raises a ReactionError, worded by `who` and `last`, if the points of application of a constraint's forces are unknown."""
     bare = [c.name for c in constraints if not c.placed]
@@ -387,7 +380,9 @@ def derived(system: System, near: Mapping[Any, Any] | Sequence[float] | None = N
     kinematics, inertias = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
     check_reaction_places(system, kinematics)
     rows = constraint_rows(system.constraints, kinematics, auxiliary)
-    check_released(system, rows)
+    cuts = [r for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
+    if cuts:
+        check_placed(lambda: f"reactions {', '.join(map(str, cuts))} contain", rows.constraints, "kn.rolling.")
     return Derived(system, auxiliary, pairs, speeds, kinematics, inertias, rows, place)
 
 

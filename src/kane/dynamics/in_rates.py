@@ -15,7 +15,7 @@ from kane.dynamics.constraints.partition import Embedding, Partition, choose, em
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import acting
 from kane.dynamics.lazy import read
-from kane.expr.build import add, mul, sub
+from kane.expr.build import add, mul, sub, sum_of
 from kane.expr.differentiation import affine_forms, gradient, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix, dot
@@ -71,9 +71,7 @@ class InRates(Immutable):
         result: dict[Expr, Expr] = {}
         for s in self.derived.system.euler_parameters:
             for w, row in zip(s.quasi, twice_g(s.coordinates), strict=True):
-                total = ZERO
-                for c, e in zip(row, s.coordinates, strict=True):
-                    total = add(total, mul(c, rate(e)))
+                total = sum_of(mul(c, rate(e)) for c, e in zip(row, s.coordinates, strict=True))
                 result[w], result[rate(w)] = total, time_derivative(total)
         return result
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Lazy evaluation: cached attributes of records, mappings that compute values when read, and a bounded cache of recent values."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
@@ -38,7 +36,7 @@ class read(cached_property[V]):
         for kind in get_args(getattr(self, "__orig_class__", None)):  # documentation shows it
             self.func.__annotations__["return"] = kind
 
-    def within(self, part: str) -> read[V]:
+    def within(self, part: str) -> "read[V]":
         """An attribute of a record that reads this attribute of its field `part`."""
         outer: read[V] = read(lambda whole: self.__get__(getattr(whole, part)), self.__doc__)
         outer.func.__annotations__.update(self.func.__annotations__)

@@ -7,8 +7,6 @@ Kane & Levinson 1985, ch. 2. In another frame A than the inertial one N: ᴬω^B
 from Q to P, ᴬv^P = ᴺv^P − ᴺv^Q − ᴺω^A × r; partial velocities likewise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -77,7 +75,7 @@ class Motions(Immutable):
     b_n = read[Exprs](lambda m: m._embedded.b_n, "b_n of u_D = A_n u_I + b_n.")
 
     @read
-    def independent(self) -> Motions:
+    def independent(self) -> "Motions":
         """The same motions in the independent speeds, with nonholonomic partial velocities ṽ_r and ω̃_r (sec. 2.14)."""
         return Motions(self.derived, self.embedding, True)
 
@@ -127,9 +125,7 @@ class Motions(Immutable):
 
     def in_speeds(self, e: Any) -> Any:
         """An expression or vector with each rate q̇ written in speeds, and each q̈ in speeds and u̇."""
-        if isinstance(e, Vector):
-            return e.map(self.in_speeds)
-        return without_rates(self.derived, as_expr(e))
+        return e.map(self.in_speeds) if isinstance(e, Vector) else without_rates(self.derived, as_expr(e))
 
     def _by_speed(self, vector: Callable[[Speed], Vector]) -> Partials:
         return MappingProxyType({u: _short(vector(u)) for u in self.speeds})
@@ -175,7 +171,7 @@ class Motions(Immutable):
                 f"Define a speed for each, or list it: kn.motions({self.derived.system.inertial.name}, …, of=[{item.name}])."
             )
 
-    def __reduce__(self) -> tuple[Callable[..., Motions], tuple[Any, ...]]:
+    def __reduce__(self) -> "tuple[Callable[..., Motions], tuple[Any, ...]]":
         system = self.derived.system
         named = {
             "of": (*system.frames, *system.points),

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Solved`: u̇, reactions and multipliers by one formulation, with the divisors and guards of the solution."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -81,7 +79,7 @@ class Solved(Immutable):
     pivots: Exprs
     reaction_matrix: Matrix
     bare_reaction_matrix: Matrix
-    twin: Solved | None = None
+    twin: "Solved | None" = None
     vanishing: Mapping[Expr, Expr] = field(default_factory=dict)
     shorter_rates: Exprs | None = None
     routes: Mapping[str, int] = field(default_factory=dict)
@@ -302,7 +300,7 @@ class Solved(Immutable):
     def _partials(self, motion: Motion) -> Mapping[Expr, Vector]:
         return LazyMapping(self.independent_speeds, lambda u: motion.partials.get(u, Vector()))
 
-    def mapped(self, change: Callable[[Expr], Expr]) -> Solved:
+    def mapped(self, change: Callable[[Expr], Expr]) -> "Solved":
         """The solution with `change` applied to every solved expression."""
         return replace(
             self,
@@ -314,7 +312,7 @@ class Solved(Immutable):
             of_rows=self.of_rows and {r: change(x) for r, x in self.of_rows.items()},
         )
 
-    def guarded(self) -> Solved:
+    def guarded(self) -> "Solved":
         """The solution, NaN where a divisor of the constraints vanishes; to be applied last, after all cancellation."""
         e = self.embedding
         if e is None:

@@ -12,8 +12,6 @@ instant, with which forces grow in proportion. A body thus slips or tips only if
 their friction is proportional to N: R follows from the shares, and any shares give the same accelerations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

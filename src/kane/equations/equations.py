@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Equations`, the frozen result of a derivation by the seven steps of Kane's method, and `derive`, which makes it."""
 
-from __future__ import annotations
-
 import copyreg
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -486,7 +484,7 @@ class Equations(Immutable):
         return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, state, **values)))
 
     def compile(
-        eom: Equations,  # kn.compile(eom, …) is this method
+        eom: "Equations",  # kn.compile(eom, …) is this method
         *,
         name: str = "model",
         outputs: Mapping[str, Any] | None = None,
@@ -526,7 +524,7 @@ class Equations(Immutable):
 
     _numeric = read[dict[Settings, "Numeric[Equations]"]](lambda e: {}, "What was compiled, by settings.")
 
-    def numeric(self, settings: Settings | None = None) -> Numeric[Equations]:
+    def numeric(self, settings: Settings | None = None) -> "Numeric[Equations]":
         """The compiled routines that motions and analyses of these equations share, for given `settings`."""
         key = _SETTINGS if settings is None else settings
         expect.instance(key, Settings, "kn.Settings(…) as settings", error=ArgumentError)

@@ -271,12 +271,5 @@ def package(name: str, extra: str = "table") -> Any:
     ImportError
         if it is not there
     """
-    from importlib import import_module
-
-    try:
-        return import_module(name)
-    except ModuleNotFoundError as error:
-        raise ImportError(
-            f"Expected the package {name}, got none. Install it, pip install 'kane[{extra}]'; sol.t, sol.q, sol.u and sol[…] need "
-            "none."
-        ) from error
+    told = f"Expected the package {name}, got none. Install it, pip install 'kane[{extra}]'; "
+    return expect.package(name, ImportError(told + "sol.t, sol.q, sol.u and sol[…] need none."))

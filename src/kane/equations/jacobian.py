@@ -4,8 +4,6 @@
 On a switching surface the derivatives are those of both sides if they agree; otherwise there are none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Unpack
@@ -112,7 +110,7 @@ class Jacobian(Immutable):
         lambda j: count_operations(j.matrix.entries), "Operations of one evaluation of all entries together."
     )
 
-    def __reduce__(self) -> tuple[Callable[..., Jacobian], tuple[Any, ...]]:
+    def __reduce__(self) -> "tuple[Callable[..., Jacobian], tuple[Any, ...]]":
         return jacobian, (self.solved, self.columns)
 
     def __iter__(self) -> Iterator[tuple[Expr, ...]]:

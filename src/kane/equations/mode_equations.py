@@ -10,8 +10,6 @@ which `kane.contacts` solves for the modes. A contact whose normal force is not 
 the size depends on the N of another contact, the problems are solved repeatedly until they agree.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

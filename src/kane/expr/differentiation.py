@@ -7,7 +7,7 @@ The affine form of e in symbols s is e = Σ c_s s + r with c_s and r free of the
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kane.errors import ExpressionError, NotAffineError, alike, cut, warn
-from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, sum_of, where
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, as_exprs, postorder
 from kane.expr.ops import ADD, COS, DIV, MAX, MIN, MUL, NEG, SIN, SQRT, SUB, SYMBOL, WHERE
@@ -184,10 +184,8 @@ def weighted(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[E
     columns = []
     for s in symbols:
         memo: dict[Expr, Expr] = {}
-        total = ZERO
-        for root, weight in zip(roots, weights, strict=True):
-            total = add(total, mul(weight, tangent(root, {s: ONE}, memo, at_rest=True)))
-        columns.append(total)
+        pairs = zip(roots, weights, strict=True)
+        columns.append(sum_of(mul(w, tangent(root, {s: ONE}, memo, at_rest=True)) for root, w in pairs))
     return tuple(columns)
 
 

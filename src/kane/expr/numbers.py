@@ -7,8 +7,6 @@ powers and sums of one radicand stay exact; with any other float, and in sums of
 Elementary functions of floats are rounded to the nearest double: on every machine alike.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from decimal import Decimal, localcontext
@@ -31,17 +29,17 @@ class Surd(float):
     ratio: Fraction
     radicand: int
 
-    def __new__(cls, ratio: Fraction, radicand: int) -> Surd:
+    def __new__(cls, ratio: Fraction, radicand: int) -> "Surd":
         """The surd and its float."""
         size = math.sqrt(ratio * ratio * radicand)
         made = super().__new__(cls, size if ratio > 0 else -size)
         made.ratio, made.radicand = ratio, radicand
         return made
 
-    def __reduce__(self) -> tuple[Callable[..., Surd], tuple[Any, ...]]:
+    def __reduce__(self) -> "tuple[Callable[..., Surd], tuple[Any, ...]]":
         return Surd, (self.ratio, self.radicand)
 
-    def __neg__(self) -> Surd:
+    def __neg__(self) -> "Surd":
         return Surd(-self.ratio, self.radicand)
 
     def __add__(self, other: Any) -> Any:
@@ -67,7 +65,7 @@ class Surd(float):
 
     __rmul__ = __mul__
 
-    def reciprocal(self) -> Surd:
+    def reciprocal(self) -> "Surd":
         """1/self."""
         return Surd(1 / (self.ratio * self.radicand), self.radicand)
 
@@ -109,9 +107,7 @@ def root(value: Any) -> Any:
 
 
 def _made(ratio: Fraction, radicand: int) -> Any:
-    if radicand == 1 or not ratio:
-        return ratio
-    return Surd(ratio, radicand)
+    return ratio if radicand == 1 or not ratio else Surd(ratio, radicand)
 
 
 _SINES = {

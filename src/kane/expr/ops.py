@@ -10,12 +10,10 @@ comparisons and choices.
 What never changes is its own copy.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -48,7 +46,7 @@ class Op:
     def __repr__(self) -> str:
         return f"Op({self.name!r})"
 
-    def __reduce__(self) -> tuple[Callable[[str], Op], tuple[str]]:
+    def __reduce__(self) -> "tuple[Callable[[str], Op], tuple[str]]":
         return _named, (self.name,)
 
 
@@ -143,15 +141,7 @@ class Immutable(Attributes):
         return self
 
 
-class Born(Protocol):
-    """What has a parent of its own kind, or none."""
-
-    @property
-    def parent(self) -> Any:
-        """What it is born from."""
-
-
-def landmarks(child: Born) -> Sequence[Any]:
+def landmarks(child: Any) -> Sequence[Any]:
     """Some ancestors from the root on, a bounded number of births apart: pickled first, long lines of them need no recursion."""
     line, at = [], child.parent
     while at is not None:

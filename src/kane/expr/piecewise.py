@@ -8,8 +8,6 @@ data.
 An end of a piece, a comparison or a choice is a switch: a quantity whose zeros separate two smooth forms of an expression.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -72,7 +70,7 @@ class Data:
                 value = value * d + column[piece]
         return np.where(np.isnan(x), np.nan, value)[()]
 
-    def slope(self) -> Data:
+    def slope(self) -> "Data":
         """The derivative."""
         degrees = np.arange(1, self.coefficients.shape[1])
         own = self.coefficients[:, 1:] * degrees
@@ -87,13 +85,13 @@ class Piecewise(Op):
     unit: str = ""
     of: str = ""
     order: int = 0
-    sides: tuple[Piecewise, Piecewise, Piecewise] | None = None
+    sides: "tuple[Piecewise, Piecewise, Piecewise] | None" = None
     """Of one with corners: a quantity that changes its sign there, and what the operation is on either side of it."""
 
     def __repr__(self) -> str:
         return f"Piecewise({self.label!r})"
 
-    def __reduce__(self) -> tuple[Callable[..., Piecewise], tuple[Any, ...]]:
+    def __reduce__(self) -> "tuple[Callable[..., Piecewise], tuple[Any, ...]]":
         sides = None if self.sides is None else tuple(self.sides)
         return piecewise, (self.data, self.label, self.unit, self.of, self.order, sides)
 
@@ -201,7 +199,7 @@ Piece = tuple[float, float, list[float]]
 
 def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
     """The operation of data; with corners, also those of its two sides and of the quantity that changes sign there."""
-    corners = corner_abscissas(data)
+    corners = tuple(data.ends[_apart(data) | _apart(data.slope())].tolist())
     if not corners:
         return piecewise(data, label, unit, of)
     if data.period is not None and len(corners) % 2:  # signs must come round
@@ -210,12 +208,6 @@ def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
     turning = piecewise(_turning(data), f"corners of {label}")
     one, other = (piecewise(_side(data, k), f"{label}{'+-'[k]}", unit, of) for k in (0, 1))
     return piecewise(data, label, unit, of, 0, (turning, one, other))
-
-
-def corner_abscissas(data: Data) -> tuple[float, ...]:
-    """The ends of pieces at which values or slopes differ."""
-    apart = _apart(data) | _apart(data.slope())
-    return tuple(data.ends[apart].tolist())
 
 
 @cache
@@ -413,7 +405,7 @@ class Table(Attributes):
         """The value at x."""
         return applied(self.op, x) if isinstance(x, Expr) else self.op.data.at(x)
 
-    def derivative(self, order: int = 1) -> Table:
+    def derivative(self, order: int = 1) -> "Table":
         """The nth derivative, a table too."""
         op = self.op
         for _ in range(order):

@@ -18,8 +18,6 @@ parameters are evaluated once per set of parameters and cost little. If axes bec
 arbitrary there, and the rest of the rotation, `phase`, is computed with the same γ.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -125,18 +123,12 @@ def is_apart(direction: Triple) -> bool:
     return math.hypot(x, y) > _APART * math.hypot(x, y, z)
 
 
-def about_z(cosines: Array) -> Expr:
-    """The angle of a rotation about z."""
-    (c, _, _), (s, _, _), _ = exact(cosines)
-    return BUILDERS["atan2"](s, c)
-
-
 class Leaning(NamedTuple):
     """The rotation R_z(γ) R_x(α): its direction cosines, γ, and α by cosine and sine."""
 
     cosines: Array
     gamma: Expr
-    alpha: Alpha
+    alpha: "Alpha"
 
 
 class Alpha(NamedTuple):
@@ -144,10 +136,6 @@ class Alpha(NamedTuple):
 
     c: Expr
     s: Expr
-
-    def about_x(self, base: Basis) -> Orientation:
-        """The orientation of a basis that is rotated by the angle about x of `base`."""
-        return Orientation(base, NOTHING, axis=0, c=self.c, s=self.s, angle=BUILDERS["atan2"](self.s, self.c))
 
 
 def leaning(direction: Triple) -> Leaning:
@@ -167,9 +155,9 @@ class Node:
     """
 
     declared: Frame
-    base: Node | None = None
+    base: "Node | None" = None
     lead: Array = field(default_factory=lambda: np.eye(3))
-    seat: RotationAxis | None = None
+    seat: "RotationAxis | None" = None
     angle: Expr = ZERO
     sense: int = 1
     phase: Expr = ZERO
@@ -243,8 +231,9 @@ def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Exp
     if not is_apart(direction):
         return PlacedFrame(Node(f, base, cosines), np.eye(3))
     lean = leaning(direction)
-    left = about_z(times(lean.cosines.T, before))
-    return PlacedFrame(Node(f, base, seat=RotationAxis(base, lean.gamma, lean.alpha), angle=angle, phase=left), own)
+    (c, _, _), (s, _, _), _ = exact(times(lean.cosines.T, before))  # a rotation about z
+    seat = RotationAxis(base, lean.gamma, lean.alpha)
+    return PlacedFrame(Node(f, base, seat=seat, angle=angle, phase=BUILDERS["atan2"](s, c)), own)
 
 
 def shifts(nodes: Iterable[Node]) -> dict[Node, Angle]:
@@ -395,7 +384,9 @@ class _Bases:
             if isinstance(gamma, Expr) or abs(gamma) > LAST_DIGIT:
                 basis = self.child(seat.on, about_axis(basis, 2, _angle(gamma)))
             if isinstance(seat.alpha, Alpha):
-                basis = self.child(seat.on, seat.alpha.about_x(basis))
+                c, s = seat.alpha
+                tilt = Orientation(basis, NOTHING, axis=0, c=c, s=s, angle=BUILDERS["atan2"](s, c))
+                basis = self.child(seat.on, tilt)
             elif abs(seat.alpha) > LAST_DIGIT:
                 basis = self.child(seat.on, about_axis(basis, 0, _angle(seat.alpha)))
             self.seats[seat] = basis

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub, sum_of
 from kane.expr.differentiation import Affine
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
@@ -156,10 +156,8 @@ class Stages:
     def _swing(self, form: Affine) -> Expr:
         """The derivative of Σ c q̇ + rest at constant q̇."""
         row, rest = form
-        drift, value = self.kinematics.drift, self.kinematics.drift(rest)
-        for b, c in row.items():
-            value = add(value, mul(drift(c), self.kinematics.speeds.form({b: ONE}).total()))
-        return value
+        drift, form_of = self.kinematics.drift, self.kinematics.speeds.form
+        return sum_of([drift(rest), *(mul(drift(c), form_of({b: ONE}).total()) for b, c in row.items())])
 
 
 def _shared(raw: Forms) -> tuple[tuple[Expr, Triple], ...]:
@@ -276,10 +274,7 @@ def changed(s: Expr, u_dot: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr
     if s in u_dot:
         return u_dot[s]
     form = kinematics.speeds.form({s: ONE})
-    change = kinematics.drift(form.total())
-    for u, w in form.coefficients.items():
-        change = add(change, mul(w, u_dot[u]))
-    return change
+    return sum_of([kinematics.drift(form.total()), *(mul(w, u_dot[u]) for u, w in form.coefficients.items())])
 
 
 def _order(rows: Sequence[Row]) -> list[tuple[int, Expr]]:

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, sum_of
 from kane.expr.differentiation import Affine, affine_forms, combined
 from kane.expr.evaluation import price
 from kane.expr.matrix import Matrix
@@ -47,10 +47,7 @@ class ScalarForm(NamedTuple):
 
     def total(self) -> Expr:
         """The sum as an expression."""
-        value = self.rest
-        for u, c in self.coefficients.items():
-            value = add(value, mul(c, u))
-        return value
+        return sum_of([self.rest, *(mul(c, u) for u, c in self.coefficients.items())])
 
 
 def is_rate(row: Row) -> bool:
@@ -326,18 +323,14 @@ class Sample:
 
     def coefficients(self, v: Vector) -> Array:
         """The coefficients (3 × speeds) of the speeds in `v`, along the axes of the inertial frame."""
-        total = self.in_root(v)
-        return np.asarray((total[:, :-1] - total[:, -1:]) @ self.inverse)
-
-    def in_root(self, v: Vector) -> Array:
-        """The measure numbers (3 × (rates + 1)) of `v` along the axes of the inertial frame."""
-        if v.parts not in self.rooted:
+        if v.parts not in self.rooted:  # the measure numbers (3 × (rates + 1)) along those axes
             width = len(self.speeds.rates) + 1
             total = np.zeros((3, width))
             for frame, triple in v.parts:
                 total = total + self.turn(frame) @ spread(self.numbers(triple), (width,))
             self.rooted[v.parts] = total
-        return self.rooted[v.parts]
+        total = self.rooted[v.parts]
+        return np.asarray((total[:, :-1] - total[:, -1:]) @ self.inverse)
 
     def whole(self, coefficients: Array, frames: Sequence[Basis]) -> list[tuple[int, bool]]:
         """For each of `frames`, how many measure numbers along it may be sums of rows of Y, and whether all nonzero ones may.

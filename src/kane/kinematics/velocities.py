@@ -132,9 +132,7 @@ class Kinematics:
 
     def drift(self, e: Expr, known: Mapping[Expr, Expr] | None = None) -> Expr:
         """de/dt at u̇ = 0, with q̇ = W u + X; `known` gives the derivatives of some subexpressions."""
-        if e.op is CONST:
-            return ZERO
-        return tangent(e, self._leaf_drift, {**known} if known else self._drift)
+        return ZERO if e.op is CONST else tangent(e, self._leaf_drift, {**known} if known else self._drift)
 
     def _leaf_drift(self, leaf: Expr) -> Expr:
         if isinstance(leaf, Time):

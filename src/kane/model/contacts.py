@@ -22,8 +22,6 @@ If a body stands on a plane at more points than rigid bodies determine forces fo
 constraints is imposed, and all contacts share the multipliers by constant weights (`kane.equations.contact_shares`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -85,15 +83,15 @@ class ContactMode(IntEnum):
         """Whether other contacts keep the gap of this one closed."""
         return self >= ContactMode.CARRIED
 
-    def slipping(self, straight: bool) -> ContactMode:
+    def slipping(self, straight: bool) -> "ContactMode":
         """The mode with the same slip, in a fixed direction (`straight`) or not."""
         return next(a if straight else b for a, b in _SLIPS.items() if self in (a, b))
 
-    def with_others(self) -> ContactMode:
+    def with_others(self) -> "ContactMode":
         """The corresponding mode if other contacts keep the gap closed."""
         return _CARRIED.get(self, ContactMode.CARRIED)
 
-    def word(self, contact: ContactLaw) -> str:
+    def word(self, contact: "ContactLaw") -> str:
         """The name shown for the mode: "separated", "stick" or "slip"; "closed" without friction, also for a taut rope."""
         if self is ContactMode.SEPARATED:
             return "separated"
@@ -149,7 +147,7 @@ class ContactLaw(Immutable):
     across: tuple[Constraint, Reaction] | None
     shares: tuple[tuple[Parameter, ...], ...]
     place: Contact | None = None
-    pressed_by: ContactLaw | None = None
+    pressed_by: "ContactLaw | None" = None
 
     def __repr__(self) -> str:
         friction = f", μ = {self.kinetic_at(self.speed)}" if self.slips else ""
@@ -201,9 +199,7 @@ class ContactLaw(Immutable):
 
     def along(self, mode: ContactMode) -> tuple[Expr, ...]:
         """The measure numbers of the unit vector along the slip."""
-        if mode.straight:
-            return self.direction
-        return tuple(c.expr / sqrt(self.square) for c in self.slips)
+        return self.direction if mode.straight else tuple(c.expr / sqrt(self.square) for c in self.slips)
 
     @property
     def onward(self) -> Expr:

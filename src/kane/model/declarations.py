@@ -6,8 +6,6 @@ independent speeds u_1 … u_p are defined (Kane & Levinson 1985, sec. 2.13), ra
 need as many speeds as rates: w = A_q q̇ + b_q vanishes, and shortens q̇ = W u + X if it occurs there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, cast
@@ -87,7 +85,9 @@ def ordered_coordinates(
             groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
         rest = (sorted(group, key=lambda q: int(q.name[len(stem) :] or -1)) for stem, group in groups.items())
         return Symbols((*early, *(q for group in rest for q in group)))
-    listed = _coordinates(by_name(order, seen))
+    listed: Symbols[Coordinate] = by_name(order, seen)
+    right = all(isinstance(q, Coordinate) for q in listed)
+    expect.that(right, "coordinates= to be a list of coordinates, such as (q1, q2)", listed)
     unused = (q for q in listed if q not in seen)
     cure = "Leave it out, or write it into a position or orientation; is a body missing from bodies=?"
     expect.none(
@@ -120,14 +120,6 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
     if not isinstance(items, Iterable):
         raise ModelError(f"Expected a list of {', '.join(known)} by symbol or name, got {cut(repr(items))}.")
     return Symbols(known.get(x, x) if isinstance(x, str) else x for x in items)
-
-
-def _coordinates(order: Any) -> Symbols[Coordinate]:
-    """Coordinates as a list; raises ModelError for a single coordinate or other objects."""
-    several = not isinstance(order, Expr) and isinstance(order, Iterable)
-    right = several and all(isinstance(q, Coordinate) for q in order)
-    expect.that(right, "coordinates= to be a list of coordinates, such as (q1, q2)", order)
-    return Symbols(order)
 
 
 def _names(symbols: Iterable[Any]) -> str:

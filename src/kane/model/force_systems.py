@@ -67,10 +67,9 @@ class ForceSystem(Immutable):
     def moment(self, point: Point) -> Vector:
         """Moment about a point, Σ p × F + Σ T (sec. 4.1)."""
         expect.instance(point, Point, "the Point about which a moment is asked for", "Make one with at(…).")
-        total = sum(self.torques, start=Vector())
-        for p, f in self.forces:
-            total = total + p.position(point).cross(f)
-        return _short(total)
+        return _short(
+            sum((p.position(point).cross(f) for p, f in self.forces), start=sum(self.torques, start=Vector()))
+        )
 
     @property
     def is_couple(self) -> bool:

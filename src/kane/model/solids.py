@@ -4,8 +4,6 @@
 The moments of each solid are a row of a table. For solids without an obvious mass centre, `inertia.shape.centroid` is its position.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -75,7 +73,7 @@ class Inertia(Dyadic):
         super().__init__(dyadic.dyads)
         object.__setattr__(self, "shape", shape)
 
-    def __reduce__(self) -> tuple[Callable[..., Inertia], tuple[Any, ...]]:
+    def __reduce__(self) -> "tuple[Callable[..., Inertia], tuple[Any, ...]]":
         return Inertia, (Dyadic(self.dyads), self.shape)
 
 
@@ -253,9 +251,8 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
         expect.instance(v, Vector, "the other corners of a triangle as two Vectors from the first", cure)
     third = as_expr(mass) / 12
     center = (p + q) / 3
-    total = Dyadic()
-    for corner in (Vector(), p, q):
-        total = total + parallel_axis(Dyadic(), third, (corner - center).express(frame))
+    corners = (parallel_axis(Dyadic(), third, (v - center).express(frame)) for v in (Vector(), p, q))
+    total = sum(corners, start=Dyadic())
     return Inertia(total.express(frame), Shape("triangular plate", {}, None, frame, center))
 
 

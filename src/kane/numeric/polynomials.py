@@ -112,14 +112,9 @@ def _resolved(values: Array, passages: int) -> bool:
     if not np.isfinite(values).all():
         return True
     coefficients, slack = TO_BERNSTEIN @ values, left(values)
-    if slack > CLOSE * np.abs(values).max() or _dips(values):
+    if slack > CLOSE * np.abs(values).max() or _leads_beyond(values) or _leads_beyond(values[::-1]):
         return False
     return _changes(coefficients + slack) == _changes(coefficients - slack) == passages
-
-
-def _dips(values: Array) -> bool:
-    """Whether a corner may cross zero between two neighbouring values of the same sign."""
-    return _leads_beyond(values) or _leads_beyond(values[::-1])
 
 
 def _leads_beyond(values: Array) -> bool:

@@ -8,8 +8,6 @@ In the mass metric the δ of least ½ δᵀM δ with A δ = r is M⁻¹Aᵀ (A M
 harm. Directions without mass get a small one, independent of units.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -180,7 +178,7 @@ class Mixed:
     rows: Array
     reach: Array
 
-    def grown(self, a: Array) -> Mixed:
+    def grown(self, a: Array) -> "Mixed":
         """The combinations with `reach` extended by the sizes at A."""
         return Mixed(self.rows, np.maximum(self.reach, np.abs(self.rows @ a)))
 

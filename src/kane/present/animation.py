@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`animate`: an animation of a motion, in an HTML page or a notebook, as glTF, or as pictures."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -54,7 +52,10 @@ class Animation:
     @cached_property
     def model(self) -> DrawnModel:
         """The parts to draw."""
-        return model(self.scene, self.courses[0].poses, _up(self.scene, self.courses[0].poses))
+        poses = self.courses[0].poses
+        # without gravity up is the third inertial axis, or the second if all points are in the plane of the first two
+        up = np.eye(3)[1 if all(p[2] is ZERO for p in self.scene.positions) else 2]
+        return model(self.scene, poses, against_gravity(self.scene, poses.directions[0], up))
 
     @cached_property
     def camera(self) -> dict[str, Any]:
@@ -127,7 +128,7 @@ class Animation:
         """Write a file in the format of its ending, whatever its present content."""
         self._writer(path)(self, path)
 
-    def _writer(self, path: Path) -> Callable[[Animation, Path], object]:
+    def _writer(self, path: Path) -> "Callable[[Animation, Path], object]":
         result = FORMATS.get(path.suffix.lower())
         if result is None:
             raise ArgumentError(f"Expected a file that ends in {', '.join(FORMATS)}, got {str(path)!r}.")
@@ -226,12 +227,6 @@ def _played(span: float) -> float:
     return span if 1.0 < span < 5 * _PLAYED else _PLAYED
 
 
-def _up(scene: Scene, poses: Posed) -> Array:
-    """The direction opposite to gravity, or the inertial third axis, or the second if all points are in the plane of the first two."""
-    flat = all(p[2] is ZERO for p in scene.positions)
-    return against_gravity(scene, poses.directions[0], np.array([0.0, 1.0, 0.0] if flat else [0.0, 0.0, 1.0]))
-
-
 def _front(scene: Scene, course: PosedMotion, up: Array) -> Array:
     """The direction from which to look: normal to the plane of a planar system, or else along the horizontal axis that hides least."""
     p = course.poses.positions.reshape(-1, 3)
@@ -263,10 +258,6 @@ def _gradient(runs: Sequence[tuple[float, str]], times: Array) -> str:
     return f"linear-gradient(to right, {', '.join(stops)})"
 
 
-def _write_html(animation: Animation, place: Path) -> None:
-    place.write_text(animation.html(), encoding="utf-8")
-
-
 def _write_gltf(animation: Animation, place: Path) -> None:
     from kane.present.viewer.gltf import binary
 
@@ -282,7 +273,7 @@ def _write_pictures(animation: Animation, place: Path) -> None:
 
 
 FORMATS: dict[str, Callable[[Animation, Path], object]] = {
-    ".html": _write_html,
+    ".html": lambda animation, place: place.write_text(animation.html(), encoding="utf-8"),
     ".glb": _write_gltf,
     **dict.fromkeys((".gif", ".png", ".mp4", ".webp"), _write_pictures),
 }

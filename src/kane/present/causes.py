@@ -87,6 +87,3 @@ def _inverse(eom: Equations) -> Mapping[tuple[int, int], Expr] | None:
         squares = squares if short is None else factored(short)
         result[i, i], result[i, j] = div(m[j, j], squares), neg(div(m[i, j], squares))
     return result
-
-
-__all__ = ["Cause", "multiplied_out"]

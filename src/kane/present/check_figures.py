@@ -201,9 +201,7 @@ def _reactions(solution: Solution) -> Check:
 
 
 def _condition(matrices: Array) -> float:
-    if not np.isfinite(matrices).all():
-        return np.inf
-    return float(np.linalg.cond(matrices).max())
+    return np.inf if not np.isfinite(matrices).all() else float(np.linalg.cond(matrices).max())
 
 
 def _matrix(solution: Solution, matrix: Matrix) -> Array:

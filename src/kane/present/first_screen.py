@@ -6,8 +6,6 @@ current contribution of every load and body. Results: coordinates, speeds, react
 sliders change parameters and start, and the page runs the same kernel as `kn.simulate`.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -319,6 +317,3 @@ def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slid
 
 def _unit(unit: str) -> str:
     return unit_text(unit) if unit not in ("", "1") else ""
-
-
-__all__ = ["FirstScreen", "screen_of"]

@@ -154,6 +154,3 @@ def _ends(text: str, begin: int, mark: str) -> Iterator[int]:
         if before != "\\" and (mark == "$$" or not (before.isspace() or after.isdigit())):
             yield at
         at = text.find(mark, at + 1)
-
-
-__all__ = ["Image", "checked", "parser", "title_of", "written"]

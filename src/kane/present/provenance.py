@@ -15,7 +15,7 @@ from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex
-from kane.present.languages.catalogue import tr, trn
+from kane.present.languages.catalogue import N_, tr, trn
 from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
 from kane.space.frame import Point
@@ -112,10 +112,10 @@ def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contrib
     """The forces and torques in each F_r, or the inertia forces and torques of bodies in each F*_r."""
     if kind is Kind.ACTIVE_FORCE:
         head = tr("load"), tr("on"), tr("force or torque")
-        quantities = [(c.speed, c.active, _idle_loads(c.noncontributing_loads)) for c in contributions]
+        quantities = [(c.speed, c.active, _idle(kind, c.noncontributing_loads)) for c in contributions]
     else:
         head = tr("body"), tr("of"), tr("inertia force or torque")
-        quantities = [(c.speed, c.inertia, _idle_bodies(c.noncontributing_bodies)) for c in contributions]
+        quantities = [(c.speed, c.inertia, _idle(kind, c.noncontributing_bodies)) for c in contributions]
     terms = [c for _, some, _ in quantities for c in some]
     if len(terms) > _MOST or not (terms or any(idle for *_, idle in quantities)):
         return None
@@ -143,27 +143,17 @@ def _terms(n: int) -> str:
     return tr("no terms") if n == 0 else trn("%(n)s term", "%(n)s terms", n)
 
 
-def _idle_loads(some: Sequence[Load]) -> str:
-    if not some:
-        return ""
-    return trn(
-        "%(n)s load contributes nothing: %(names)s.",
+_IDLE = {
+    Kind.ACTIVE_FORCE: (
+        N_("%(n)s load contributes nothing: %(names)s."),
         "%(n)s loads contribute nothing: %(names)s.",
-        len(some),
-        names=_names(some),
-    )
-
-
-def _idle_bodies(some: Sequence[Body]) -> str:
-    if not some:
-        return ""
-    return trn(
-        "%(n)s body contributes nothing: %(names)s.",
+    ),
+    Kind.INERTIA_FORCE: (
+        N_("%(n)s body contributes nothing: %(names)s."),
         "%(n)s bodies contribute nothing: %(names)s.",
-        len(some),
-        names=_names(some),
-    )
+    ),
+}
 
 
-def _names(some: Sequence[Load | Body]) -> str:
-    return ", ".join(x.name for x in some)
+def _idle(kind: Kind, some: Sequence[Load | Body]) -> str:
+    return trn(*_IDLE[kind], len(some), names=", ".join(x.name for x in some)) if some else ""

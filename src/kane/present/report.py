@@ -28,7 +28,6 @@ from kane.present.languages.catalogue import checked, spoken
 from kane.present.notes import written
 from kane.present.overview import Tex
 from kane.present.pages import Document, asset, carried, environment, figure_text, segments
-from kane.present.scene.records import Scene
 from kane.present.scene.shapes import BodyShape
 from kane.present.sketch.draw import NARROW, WIDE, draw_each
 from kane.progress import working
@@ -47,7 +46,7 @@ def html(content: Content, name: str) -> Document:
     scripts = ("report", "symbols", *(("viewer", "engine", "first_screen") if screen else ()))
     text = _template().render(
         {name: getattr(content, name) for name in content.__slots__},
-        sketches=_sketches(seen, content.title),
+        sketches=[Markup(s.svg) for s in draw_each(seen, (WIDE, NARROW), title=content.title)] if seen.drawable else [],
         screen=screen,
         shown_notes=list(map(written, content.notes)),
         texts={
@@ -78,11 +77,6 @@ def _plots(solution: Solution, drawn: Iterable[Expr]) -> "list[tuple[Plot, Marku
 
 def _drawn(some: "Iterable[Plot]") -> "list[tuple[Plot, Markup]]":
     return [(p, Markup(p.svg)) for p in some]
-
-
-def _sketches(seen: Scene, title: str) -> list[Markup]:
-    """The sketch for desktop and phone widths; none if the system cannot be drawn."""
-    return [Markup(s.svg) for s in draw_each(seen, (WIDE, NARROW), title=title)] if seen.drawable else []
 
 
 def _template() -> Template:

@@ -6,8 +6,6 @@ p. 778, extended by signs, constants and tiers): a factor of several terms of a 
 factors, and a pair of factors of several products.
 """
 
-from __future__ import annotations
-
 import heapq
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterable
@@ -230,7 +228,7 @@ class DivisorSearch:
         for v in range(len(graph.terms)):
             for t in graph.of(v):
                 self.enter(t)
-        graph.listener = self
+        graph.listener = self.enter
 
     def enter(self, t: int) -> None:
         """Adds a term with its divisors."""

@@ -12,10 +12,7 @@ parameters. The parameters in a product are multiplied first and count as one fa
 reciprocal of one shared by several products is computed once, and a single product divides.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Callable, Iterable
 
 from kane.expr.ops import Op
 
@@ -25,13 +22,6 @@ Signed = tuple[int, int]
 ONE: Cube = ()
 _NOTHING = 1e-14
 """Share of a coefficient below which what is left of a difference of two is rounding."""
-
-
-class Listener(Protocol):
-    """An observer of the terms of a graph."""
-
-    def enter(self, t: int) -> None:
-        """Called for each new term."""
 
 
 class Graph:
@@ -58,7 +48,7 @@ class Graph:
         self.factor: list[float] = []
         self.changed: dict[int, None] = {}
         self.place: dict[int, int] = {}
-        self.listener: Listener | None = None
+        self.listener: Callable[[int], None] | None = None
         self._constants: dict[float, int] = {}
         self.numbers = set[int]()
         self._functions: dict[tuple[Op, tuple[Signed, ...]], int] = {}
@@ -187,7 +177,7 @@ class Graph:
         for x in cube:
             readers[x >> 1][t] = None
         if self.listener:
-            self.listener.enter(t)
+            self.listener(t)
 
     def drop(self, t: int) -> None:
         """Removes a term; nodes without readers are removed by the next `collect`."""

@@ -5,8 +5,6 @@ In normal form products are inlined in all their readers, and the common cube of
 lost is recovered by the search for divisors, which also finds expressions that were written in different forms.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 from kane.expr.ops import OPS

@@ -356,7 +356,10 @@ def _entries(given: Any, shape: tuple[int, ...], what: str) -> Entries:
     if wanted is object:
         if e.shape != shape:
             raise SpaceError(f"Expected one rotation of symbols, got {what} of shape {e.shape}: arrays are of numbers.")
-        return _expressions(e)
+        found = np.empty(shape, dtype=object)
+        for place in np.ndindex(shape):
+            found[place] = as_expr(e[place])
+        return found if any(isinstance(x, Expr) for x in e.flat) else found.astype(float)
     if not np.isfinite(e).all():
         raise SpaceError(f"Expected {what} that are finite, got {cut(repr(given))}.")
     return e
@@ -369,14 +372,6 @@ def _check_alike(what: str, first: tuple[int, ...], other: tuple[int, ...]) -> N
     except ValueError as error:
         came = f"{first} and {other}"
         raise expect.refusal(SpaceError, f"{what} of one shape, or a single one of either", came) from error
-
-
-def _expressions(e: Entries) -> Entries:
-    found = np.empty(e.shape, dtype=object)
-    for place in np.ndindex(e.shape):
-        found[place] = as_expr(e[place])
-    numbers = not any(isinstance(x, Expr) for x in e.flat)
-    return found.astype(float) if numbers else found
 
 
 def _unit(v: Array, what: str) -> Array:

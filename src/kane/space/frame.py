@@ -466,9 +466,7 @@ class Point(Immutable):
         while mine and theirs and mine[-1] is theirs[-1]:
             mine.pop()
             theirs.pop()
-        total = Vector()
-        for p in reversed(mine):
-            total = total + p.offset
+        total = sum((p.offset for p in reversed(mine)), start=Vector())
         for p in theirs:
             total = total - p.offset
         return total

@@ -205,18 +205,14 @@ def leave(frame: Basis, v: Triple) -> Triple:
     """The components along the base of `frame` of a vector with components v along `frame`."""
     o = frame.orientation
     assert o is not None
-    if o.cosines is not None:
-        return product(o.cosines, v)
-    return _turn(o, v, o.s)
+    return product(o.cosines, v) if o.cosines is not None else _turn(o, v, o.s)
 
 
 def enter(frame: Basis, v: Triple) -> Triple:
     """The components along `frame` of a vector with components v along its base."""
     o = frame.orientation
     assert o is not None
-    if o.cosines is not None:
-        return product(transposed(o.cosines), v)
-    return _turn(o, v, neg(o.s))
+    return product(transposed(o.cosines), v) if o.cosines is not None else _turn(o, v, neg(o.s))
 
 
 def express(v: Triple, source: Basis, target: Basis) -> Triple:

@@ -110,7 +110,11 @@ class Vector(Immutable):
 
     def _refuse_scalar(self, verb: str, other: object) -> None:
         if isinstance(other, Expr | int | float):
-            raise scalar_beside(verb, self, other, self.parts[0][0].name if self.parts else "N")
+            along = self.parts[0][0].name if self.parts else "N"
+            raise SpaceError(
+                f"Expected a vector to {verb} {cut(self)}, got the scalar {cut(other)}. Give it a direction, such as "
+                f"{cut(other, 20)}*{along}.x."
+            )
 
     def _joined(self, other: Vector, join: Callable[[Expr, Expr], Expr]) -> Vector:
         if not other.parts:
@@ -245,7 +249,11 @@ class Vector(Immutable):
         return tuple(x for _, t in self.parts for x in t)
 
     def __str__(self) -> str:
-        return parts_text(self.parts)
+        """One line, after "where" what the measure numbers share."""
+        present = [(x, f, axis) for f, t in self.parts for x, axis in zip(t, "xyz", strict=True) if x is not ZERO]
+        shown = layout([x for x, _, _ in present])
+        line = TEXT.along(shown.trees, [TEXT.unit_vector(f.name, axis) for _, f, axis in present])
+        return TEXT.defined(line, shown.intermediates)
 
     __repr__ = __str__
 
@@ -270,8 +278,10 @@ def _components(parts: Parts, frame: Frame) -> Triple:
 
 @remembered
 def _dot(many: Parts, few: Parts) -> Expr:
-    if len(many) > _MANY or len(few) > _MANY:
-        return _long_dot(many, few)
+    if len(many) > _MANY or len(few) > _MANY:  # each put together along one frame first
+        short = min(many, few, key=len)
+        target = short[0][0] if len(short) == 1 else deepest(f for f, _ in (*many, *few))
+        return dot(_components(many, target), _components(few, target))
     total = ZERO
     for f, v in many:
         for g, w in few:
@@ -364,13 +374,6 @@ def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, 
     return g, express(v, f, g), w
 
 
-def _long_dot(these: Parts, others: Parts) -> Expr:
-    """The scalar product of long sums, each put together along one frame first."""
-    few = min(these, others, key=len)
-    target = few[0][0] if len(few) == 1 else deepest(f for f, _ in (*these, *others))
-    return dot(_components(these, target), _components(others, target))
-
-
 def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
     """Scalar product of two parts; multiples of unit vectors meet in one direction cosine."""
     if f is g:
@@ -443,10 +446,7 @@ class Dyadic(Immutable):
         """I · w."""
         if type(w) is not Vector:
             raise not_a_vector("dyadic.dot(w)", w)
-        total = Vector()
-        for a, b in self.dyads:
-            total = total + a * b.dot(w)
-        return total
+        return sum((a * b.dot(w) for a, b in self.dyads), start=Vector())
 
     def components(self, frame: Frame) -> Matrix:
         """The 3 × 3 matrix of measure numbers along the axes of `frame`."""
@@ -480,25 +480,7 @@ def _vanishing(v: Vector) -> int:
     return sum(x is ZERO for _, triple in v.parts for x in triple) if v.parts else 3
 
 
-def parts_text(parts: Iterable[tuple[Frame, Triple]]) -> str:
-    """One line of text for the parts of a vector, after "where" what its measure numbers share."""
-    present = [
-        (x, basis, axis) for basis, triple in parts for x, axis in zip(triple, "xyz", strict=True) if x is not ZERO
-    ]
-    shown = layout([x for x, _, _ in present])
-    line = TEXT.along(shown.trees, [TEXT.unit_vector(basis.name, axis) for _, basis, axis in present])
-    return TEXT.defined(line, shown.intermediates)
-
-
 # What is said of operands that go with no vector --------------------------------------------------------------------
-
-
-def scalar_beside(verb: str, vector: object, came: object, frame: str) -> SpaceError:
-    """A scalar in a sum of vectors; `frame` is the name of one along which it may point."""
-    return SpaceError(
-        f"Expected a vector to {verb} {cut(vector)}, got the scalar {cut(came)}. Give it a direction, such as "
-        f"{cut(came, 20)}*{frame}.x."
-    )
 
 
 def divided_by(vector: object) -> SpaceError:

@@ -317,9 +317,7 @@ def _primitive(tree: Sum) -> tuple[Fraction | int, Sum]:
 
 def _coefficient(tree: Tree) -> Number:
     """The number of a term."""
-    if isinstance(tree, NumberTree):
-        return tree.value
-    return tree.coefficient if isinstance(tree, Product) else 1
+    return tree.value if isinstance(tree, NumberTree) else tree.coefficient if isinstance(tree, Product) else 1
 
 
 def _read(coefficient: Number, tree: Sum) -> tuple[int, int]:

@@ -121,12 +121,7 @@ def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) 
 
 @cache
 def _compiled(ports: int, settings: Settings) -> CompiledKernel:
-    return CompiledKernel(following_kernel(ports), settings)
-
-
-def following_kernel(ports: int) -> Kernel:
-    """The kernel for a routine of t and `ports` other ports."""
-    return _Following(ports).kernel()
+    return CompiledKernel(_Following(ports).kernel(), settings)
 
 
 class _Following:

@@ -10,8 +10,6 @@ they contradict each other. Configuration constraints f(q, t) = 0 are compared a
 the dependence of their rows says nothing of f.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cache

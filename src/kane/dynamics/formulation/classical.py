@@ -48,7 +48,7 @@ from kane.dynamics.derivation import Derived, check_mass, free_fall
 from kane.dynamics.forcing import Blocks, Moving, PartRotation, blocks, mass_rows, moving_parts, primitive
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
-from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub, sum_of
 from kane.expr.evaluation import Prices, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import collected
 from kane.expr.matrix import Matrix, dot, ldl, solve_lu, sparse_order
@@ -332,9 +332,8 @@ def _gained(derived: Derived, e: Embedding, every: Sequence[Expr]) -> Expr:
     total, m = ZERO, derived.mass_matrix
     order = (*e.independent, *sorted(e.partition.dependent))
     for k, s in enumerate(order):
-        column = mul(every[s], mul(_HALF, derived.kinematics.drift(m[s, s])))
-        for r in order[:k]:
-            column = add(column, mul(every[r], derived.kinematics.drift(m[r, s])))
+        own = mul(every[s], mul(_HALF, derived.kinematics.drift(m[s, s])))
+        column = sum_of([own, *(mul(every[r], derived.kinematics.drift(m[r, s])) for r in order[:k])])
         total = add(total, mul(derived.speeds[s], column))
     return total
 
@@ -371,10 +370,7 @@ def squares(derived: Derived, e: Embedding) -> Solved:
 
 
 def _value(x: Form, by: Mapping[Expr, Expr]) -> Expr:
-    total = ZERO
-    for u, c in x.items():
-        total = add(total, mul(c, by[u]))
-    return total
+    return sum_of(mul(c, by[u]) for u, c in x.items())
 
 
 def _merged(found: Iterator[Square]) -> list[Square]:
@@ -408,7 +404,8 @@ def _squares(derived: Derived, e: Embedding) -> Iterator[Square]:
         best: list[Form] = []
         if m.center.partials:
             ways = [[_without_vanishing(x, rows, zero) for x in _forms(m.center, f)] for f in _frames(derived, m)]
-            best = _shortest(ways, seen)
+            price = Prices(seen)
+            best = min(ways, key=lambda xs: price([c for x in xs for c in x.values()]) + _TERM * sum(map(len, xs)))
         seen += [c for x in best for c in x.values()]
         yield from (Square(m.part.mass, x, x) for x in best if x)
         if m.rotation is None:
@@ -417,11 +414,6 @@ def _squares(derived: Derived, e: Embedding) -> Iterator[Square]:
         omega = [_without_vanishing(x, rows, zero) for x in _forms(m.rotation.motion, inertia.frame)]
         for row, x in zip(inertia.rows, omega, strict=True):
             yield from (Square(w, x, y) for w, y in zip(row, omega, strict=True) if w is not ZERO and x and y)
-
-
-def _shortest(ways: Sequence[list[Form]], seen: Sequence[Expr]) -> list[Form]:
-    price = Prices(seen)
-    return min(ways, key=lambda xs: price([c for x in xs for c in x.values()]) + _TERM * sum(map(len, xs)))
 
 
 def _frames(derived: Derived, m: Moving) -> list[Basis]:

@@ -15,6 +15,7 @@ and at zero acceleration, with P_k = ω × (ω × p_k) + 2 ω × ṗ_k + p̈_k, 
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
@@ -104,9 +105,7 @@ def inertia_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
     mass = sum_of(body.weights)
     h = _weighed(dict(enumerate(body.weights)), lambda k: places[k])
     bias_forces = [_swung(body, row, w, square) for row in body.masses]
-    n = f = NOTHING
-    for d, force in zip(places, bias_forces, strict=True):
-        n = summed(n, cross3(d, force))
+    n = reduce(summed, map(cross3, places, bias_forces), NOTHING)
     f = _swung(body, dict(enumerate(body.weights)), w, square)
     columns: dict[Expr, Column] = {}
     for k, stage in enumerate(moves):
@@ -130,10 +129,7 @@ def _entries(body: SharedMomenta, k: int, v: Triple) -> Iterator[tuple[Expr, Exp
 
 def _weighed(row: Mapping[int, Expr], what: Callable[[int], Triple]) -> Triple:
     """Σ_l μ_kl v_l of a row of μ and vectors `what`."""
-    total = NOTHING
-    for k, mass in row.items():
-        total = summed(total, times(mass, what(k)))
-    return total
+    return reduce(summed, (times(mass, what(k)) for k, mass in row.items()), NOTHING)
 
 
 def _swung(body: SharedMomenta, row: Mapping[int, Expr], w: Triple, square: Expr) -> Triple:

@@ -408,9 +408,7 @@ def _energies(solved: Solved, derived: Derived) -> Iterator[Integral]:
         "energy", total, f"K + V: all loads that do work have a potential energy{said}, and no motion is prescribed"
     )
     k, q_dot = InRates(derived).declared_kinetic_energy, tuple(map(rate, derived.system.coordinates))
-    twice = ZERO
-    for r, p in zip(q_dot, gradient(k, q_dot), strict=True):
-        twice = add(twice, mul(r, p))
+    twice = sum_of(mul(r, p) for r, p in zip(q_dot, gradient(k, q_dot), strict=True))
     hamiltonian = add(without_rates(derived, sub(twice, k)), v)
     yield Integral(
         "Hamiltonian",

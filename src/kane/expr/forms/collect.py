@@ -26,7 +26,7 @@ from itertools import combinations
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, sum_of
 from kane.expr.evaluation import Together, price
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, constant_value, number_of, postorder, precedes
 from kane.expr.numbers import times
@@ -190,10 +190,7 @@ def factored(terms: Sequence[Term]) -> Expr:
             return div(factored([(n, _raised(p, f, 1)) for n, p in terms]), f)
     common = max(above, key=above.__getitem__, default=None)
     if common is None or above[common] < 2:
-        total = ZERO
-        for number, factors in terms:
-            total = add(total, _times(number, factors))
-        return total
+        return sum_of(_times(number, factors) for number, factors in terms)
     own: list[Term] = []
     others: list[Term] = []
     for n, p in terms:

@@ -259,18 +259,14 @@ def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, 
     """`roots` with parameters' powers, `kept` ones apart, where all take fewer operations; by no other parameter is divided."""
     best = Together.of(roots)
     graph = _Graph(best, kept)
-    for p in _frequent(graph.order):
+    order = graph.order
+    uses = Counter(a for x in order if x.op is MUL or x.op is DIV for a in x.args if isinstance(a, Parameter))
+    for p in [p for p, n in uses.most_common() if n > 1]:
         if graph.roots is not best:
             graph = _Graph(best, kept)
         if p in graph.place:
             best = best.or_shorter(_rewritten(graph, p, _chosen(graph, p)))
     return best
-
-
-def _frequent(order: Sequence[Expr]) -> list[Parameter]:
-    """Parameters that are factors more than once, the most frequent first."""
-    uses = Counter(a for x in order if x.op is MUL or x.op is DIV for a in x.args if isinstance(a, Parameter))
-    return [p for p, n in uses.most_common() if n > 1]
 
 
 def _rewritten(graph: _Graph, p: Parameter, choices: dict[int, int]) -> tuple[Expr, ...]:

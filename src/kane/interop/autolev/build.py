@@ -218,7 +218,9 @@ def build(sheet: Sheet) -> Imported:
     kin = kinematics(space, names, speeds, moving)
     whole = partial(_system, sheet, names, space, kin, bodies, laws, shown)
     system = _relieved(sheet, whole, loads)
-    _check_outputs(sheet, system)
+    for symbol in (s for s in (*system.inputs, *system.parameters) if s in sheet.outputs):
+        why, line = sheet.outputs[symbol]
+        raise line.refuse(f"an expression of the model for {symbol.name}", why)
     return _imported(sheet, names, system)
 
 
@@ -287,12 +289,9 @@ def _loads(sheet: Sheet, names: LastForm, space: Space, bodies: list[Body], show
 
 def _moving(space: Space) -> list[Expr]:
     """The expressions in the positions and orientations of the model."""
-    found: list[Expr] = []
-    vectors: list[Vector] = []
-    for f in (*space.frames.values(), *space.turning.values()):
-        found += [x for v in (f.x, f.y, f.z) for x in v.components(space.root)]
-    vectors += [p.position(space.origin) for p in space.points.values()]
-    return found + [x for v in vectors for x in v.scalars()]
+    frames = (*space.frames.values(), *space.turning.values())
+    turned = [x for f in frames for v in (f.x, f.y, f.z) for x in v.components(space.root)]
+    return [*turned, *(x for p in space.points.values() for x in p.position(space.origin).scalars())]
 
 
 def _system(
@@ -355,14 +354,6 @@ def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
         if difference.parts and not agree([size + 1], [ONE], space.groups):
             text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity: the velocity is used"
             sheet.remarks.say("changed", text, line.where)
-
-
-def _check_outputs(sheet: Sheet, system: System) -> None:
-    """Raises if the model depends on a quantity whose value is an output that is not read."""
-    for symbol in (*system.inputs, *system.parameters):
-        if symbol in sheet.outputs:
-            why, line = sheet.outputs[symbol]
-            raise line.refuse(f"an expression of the model for {symbol.name}", why)
 
 
 def _rated_states(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:

@@ -55,22 +55,17 @@ def outlook(statements: Sequence[Statement]) -> Outlook:
             seen.placing |= set(_words(s.tree))
         if s.tree.data == "statement":
             target = s.tree.children[0]
-            if s.tree.children[1] is not None:
-                _assigned(seen, _words(target), s)
-            else:
+            names = [] if s.tree.children[1] is None else list(_words(target))
+            if s.tree.children[1] is None:
                 _called(seen, target)
+            elif len(names) == 1:
+                _note(seen, names[0])
+                seen.equations.update(names if FORMING & set(_words(s.tree.children[2])) else ())
         elif s.tree.data == "declaration":
             for item in s.tree.children:
                 if item is not None and item.children[5] is not None:
                     _note(seen, str(item.children[0]).lower())
     return seen
-
-
-def _assigned(seen: Outlook, names: list[str], s: Statement) -> None:
-    if len(names) == 1:
-        _note(seen, names[0])
-        if FORMING & set(_words(s.tree.children[2])):
-            seen.equations.add(names[0])
 
 
 def _note(seen: Outlook, name: str) -> None:

@@ -233,10 +233,7 @@ class FileReading:
             return self.sheet.found(head, *pair)
         for kind, loads in (("force", self.sheet.forces), ("torque", self.sheet.torques)):
             if head == kind and rest:
-                total = Vec()
-                for place, v, _ in loads:
-                    total = total + v if place == rest else total
-                return total
+                return sum((v for place, v, _ in loads if place == rest), start=Vec())
         return None
 
     def unit(self, name: str) -> tuple[str, int] | None:

@@ -220,10 +220,10 @@ def _inv(r: FileReading, args: Sequence[Any], line: Line) -> Value:
 
 
 def _trace(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-    table, total = _table(r, args[0], line), ZERO
+    table = _table(r, args[0], line)
     if isinstance(table, Unread):
         return table
-    value: Value = total
+    value: Value = ZERO
     for k, row in enumerate(table.rows):
         value = plus(value, row[k], line) if k < len(row) else value
     return value
@@ -302,20 +302,11 @@ FUNCTIONS: dict[str, Call] = {
 def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
     """The total mass of the named bodies and particles, or of all if none is named."""
     expect.none([sheet.say(x) for x in names if x not in sheet.masses], "bodies and particles that have a mass")
-    total: Expr = ZERO
-    for name in names or sheet.masses:
-        total = total + sheet.masses[name]
-    return total
+    return sum((sheet.masses[name] for name in names or sheet.masses), start=ZERO)
 
 
 def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
     """The position of the mass centre of the named bodies and particles, or of all if none is named."""
-    whole, total = mass(sheet, names), Vec()
-    for name in names or sheet.masses:
-        total = total + sheet.position(origin, sheet.bodies.get(name, name)).times(sheet.masses[name])
-    return total.times(ONE / whole)
-
-
-__all__ = [
-    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "output", "pair_of", "point_of", "scalars", "solve", "word",
-]  # fmt: skip
+    whole, listed = mass(sheet, names), names or sheet.masses
+    moments = (sheet.position(origin, sheet.bodies.get(n, n)).times(sheet.masses[n]) for n in listed)
+    return sum(moments, start=Vec()).times(ONE / whole)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 from kane.errors import ModelError, cut
@@ -162,9 +163,7 @@ def names_of(item: Sequence[Any], number: Number, line: Line) -> Iterator[tuple[
     spans = [_span(x, number, line) for x in told]
     if len(spans) > 1 and all(x.children[1] is None for x in told):
         spans = [range(1, span[-1] + 1) for span in spans]
-    total = 1
-    for span in spans:
-        total *= len(span)
+    total = prod(map(len, spans))
     if total > MOST_NAMES:
         raise line.refuse(f"at most {MOST_NAMES} names of one declaration", total)
     for indices in product(*spans):

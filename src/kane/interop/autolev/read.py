@@ -2,7 +2,7 @@
 """From a text to a sheet: statements are parsed, then executed in order: commands, assignments, masses, inertias, values."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from itertools import takewhile
 from pathlib import Path
@@ -55,7 +55,8 @@ class Statements:
             if name in ("setgeneralizedspeed", "setgeneralizedspeeds"):
                 return
             if name == "setdt":
-                self._set_dt(args, line)
+                for a in (a for a in args if a.data == "named"):
+                    self.assign(str(a.children[0].children[0]), self.r.value(a.children[2], line), "=", line)
                 return
             if name not in FUNCTIONS:
                 known = (*COMMANDS, *FUNCTIONS)
@@ -68,11 +69,6 @@ class Statements:
         else:
             self.sheet.remarks.say("ignored", "an expression that is only displayed", line.where)
             self.r.value(tree, line)
-
-    def _set_dt(self, args: Sequence[Any], line: Line) -> None:
-        for a in args:
-            if a.data == "named":
-                self.assign(str(a.children[0].children[0]), self.r.value(a.children[2], line), "=", line)
 
     # Mass, Inertia, Input --------------------------------------------------------------------------------------------
 
@@ -200,7 +196,11 @@ class Statements:
         if op in ("+=", "-=", "*=", "/=") and not name.startswith(("force_", "torque_")):
             value = self._changed(self.r.named(given, line, 1), value, op, line)
         if isinstance(value, Unread):
-            self._unread(name, value, line)
+            symbol = self.sheet.symbols.get(name.rstrip("'"))
+            if symbol is not None and not self.sheet.formed:
+                self.sheet.outputs[symbol] = (value.why, line)
+                self.sheet.values[name] = value
+            self.sheet.values.setdefault(name, value)
         elif name.endswith(">>"):
             self._dyadic(name, value, line)
         elif name.endswith(">"):
@@ -211,13 +211,6 @@ class Statements:
             self._matrix(name, value, line)
         else:
             self._scalar(name, value, line)
-
-    def _unread(self, name: str, value: Unread, line: Line) -> None:
-        symbol = self.sheet.symbols.get(name.rstrip("'"))
-        if symbol is not None and not self.sheet.formed:
-            self.sheet.outputs[symbol] = (value.why, line)
-            self.sheet.values[name] = value
-        self.sheet.values.setdefault(name, value)
 
     def _dyadic(self, name: str, value: Value, line: Line) -> None:
         if isinstance(value, Dyad) and name.startswith("i_"):
@@ -314,7 +307,9 @@ def read(text: str, folder: Path | None) -> Sheet:
     """The sheet of a text; command files (.a) and files that it runs are looked up in `folder`."""
     sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
     reading = FileReading(sheet, FUNCTIONS, MEMBERS)
-    lines = [x for line in _to_the_end(lines_of(text)) for x in _unfolded(line, folder, _MACROS)]
+    # lines after the first that ends the program, such as Quit, are ignored and may be invalid
+    heard = takewhile(lambda line: line.text.lower() not in _ENDS, lines_of(text))
+    lines = [x for line in heard for x in _unfolded(line, folder, _MACROS)]
     statements = [s for line in lines if (s := _parsed(line, sheet)) is not None]
     if not statements:
         raise ModelError("Expected a model of Autolev or MotionGenesis, got a text without a statement.")
@@ -330,11 +325,6 @@ def read(text: str, folder: Path | None) -> Sheet:
                 raise
             raise ModelError(f"{error} This was found in {s.line.where}, “{s.line.text}”.") from error
     return sheet
-
-
-def _to_the_end(lines: Iterable[Line]) -> Iterator[Line]:
-    """The lines before the first that ends the program, such as Quit; the rest is ignored and may be invalid."""
-    return takewhile(lambda line: line.text.lower() not in _ENDS, lines)
 
 
 def _first(error: KaneError) -> str:

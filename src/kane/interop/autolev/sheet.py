@@ -5,6 +5,7 @@ import re
 from collections import deque
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import TypeVar
 
 import numpy as np
@@ -124,10 +125,7 @@ class Sheet:
             raise ModelError(
                 f"Expected an orientation of {self.say(b)} in {self.say(a)}, got none. Write Simprot or Dircos first."
             )
-        total = UNIT
-        for step in path:
-            total = product(total, edges[step])
-        return total
+        return reduce(product, (edges[step] for step in path), UNIT)
 
     def connected(self, a: str, b: str) -> bool:
         """Whether a chain of orientations connects two frames."""
@@ -177,24 +175,16 @@ class Sheet:
 
     def apply(self, dyad: Dyad, v: Vec) -> Vec:
         """I · v."""
-        total = v.times(dyad.unit)
-        for a, b in dyad.terms:
-            total = total + a.times(self.dot(b, v))
-        return total
+        return sum((a.times(self.dot(b, v)) for a, b in dyad.terms), start=v.times(dyad.unit))
 
     def dt(self, v: Vec, frame: str) -> Vec:
         """The time derivative of a vector in a frame."""
-        total = v.map(self.rate)
-        for f in v.frames():
-            if f != frame:
-                total = total + self.cross(self.spin(f, frame), v.within(f))
-        return total
+        others = (f for f in v.frames() if f != frame)
+        return sum((self.cross(self.spin(f, frame), v.within(f)) for f in others), start=v.map(self.rate))
 
     def spin(self, b: str, a: str) -> Vec:
         """The angular velocity of b in a: as assigned, else the sum of assigned ones and those of orientations between the frames."""
-        if a == b:
-            return Vec()
-        return self._added(b, a, self.spins)
+        return Vec() if a == b else self._added(b, a, self.spins)
 
     def turning(self, b: str, a: str) -> Vec:
         """The angular velocity of b in a from orientations only."""
@@ -241,10 +231,7 @@ class Sheet:
             raise ModelError(
                 f"Expected a position of {self.say(q)} from {self.say(p)}, got none. Write P_{self.say(p)}_{self.say(q)}> first."
             )
-        total = Vec()
-        for step in path:
-            total = total + edges[step]
-        return total
+        return sum((edges[step] for step in path), start=Vec())
 
     def velocity(self, p: str, frame: str) -> Vec:
         """The velocity as assigned, else that of another point plus the derivative of the position from it."""

@@ -68,13 +68,13 @@ class Space:
 
     def _vector(self, v: Vec) -> Vector:
         total = Vector()
-        for (frame, k), x in v.parts.items():
-            if frame not in self.frames:
+        for (name, k), x in v.parts.items():
+            frame = self.frames.get(name)
+            if frame is None:
                 raise ModelError(
-                    f"Expected an orientation of {self.sheet.say(frame)}, got none. Write Simprot or Dircos."
+                    f"Expected an orientation of {self.sheet.say(name)}, got none. Write Simprot or Dircos."
                 )
-            f = self.frames[frame]
-            total = total + (f.x, f.y, f.z)[k] * x
+            total = total + (frame.x, frame.y, frame.z)[k] * x
         return total
 
     def inertia(self, dyad: Dyad, body: str) -> Dyadic:
@@ -138,10 +138,8 @@ class Space:
     def _oriented(self, parent: Frame, name: str, turn: FileTurn, *, forth: bool) -> Frame:
         shown, f = self.sheet.say(name), self.names.geometric
         if turn.axis is not None:
-            axis = Vector()
-            for unit, x in zip((parent.x, parent.y, parent.z), turn.axis, strict=True):
-                axis = axis + unit * f(x)
-            angle = f(turn.angle)
+            units = zip((parent.x, parent.y, parent.z), turn.axis, strict=True)
+            axis, angle = sum((unit * f(x) for unit, x in units), start=Vector()), f(turn.angle)
             return parent.rotate(shown, angle if forth else -angle, axis)
         if turn.euler:
             x, y, z, w = turn.euler

@@ -115,10 +115,7 @@ def transposed(a: Rows) -> Rows:
 
 def dot(a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
     """Σ a_k b_k."""
-    total: Expr = ZERO
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
+    return sum((x * y for x, y in zip(a, b, strict=True)), start=ZERO)
 
 
 UNIT: Rows = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))

@@ -154,20 +154,16 @@ def _begun(model: UnitModel, version: str) -> ET.Element:
     return ET.Element("fmiModelDescription", head)
 
 
-def _middle(root: ET.Element, model: UnitModel, rows: Sequence[UnitVariable], version: str) -> None:
+def described(model: UnitModel, rows: Sequence[UnitVariable], version: str) -> str:
+    """The text of `modelDescription.xml`."""
+    root = _begun(model, version)
+    _purposes(root, model, version)
     _units(root, rows)
     categories = ET.SubElement(root, "LogCategories")
     for name, text in _CATEGORIES.items():
         ET.SubElement(categories, "Category", name=name, description=text)
     told = {"startTime": repr(model.start.time), "tolerance": repr(model.start.tolerance)}
     ET.SubElement(root, "DefaultExperiment", told)
-
-
-def described(model: UnitModel, rows: Sequence[UnitVariable], version: str) -> str:
-    """The text of `modelDescription.xml`."""
-    root = _begun(model, version)
-    _purposes(root, model, version)
-    _middle(root, model, rows, version)
     _variables(root, rows, version)
     structure = ET.SubElement(root, "ModelStructure")
     outputs = [k for k, v in enumerate(rows) if v.causality == "output"]

@@ -165,8 +165,16 @@ def _ending(unit: FmuContent, version: str) -> str:
         "@RTOL@": c_number(start.tolerance),
         "@ATOL@": c_number(start.tolerance),
         "@DRIFT@": c_number(DRIFT),
-        **(_constraint_counts(eom) if held else {}),
     }
+    if held:
+        given = structure(eom, len(eom.state) + 1)
+        marks |= {
+            "@CHOSEN@": str(given["held_chosen"]),
+            "@CHOICES@": str(max(1, len(choices(eom)))),
+            "@HOLDING@": str(max(1, len(holding(eom).task.roots))),
+            "@TURNS@": str(given["held_turns"]),
+            "@SPHERES@": str(given["held_spheres"]),
+        }
     if stepped:
         marks["@EVENT_NAMES@"] = "@SHOWN@"
     text = _template("") + _template("motion") + _template(f"api{version[0]}")
@@ -174,18 +182,6 @@ def _ending(unit: FmuContent, version: str) -> str:
         text = text.replace(mark, by)
     prototypes = (f"{head};" for head in re.findall(r"^(EXPORTED [^{;]*\))\n\{", text, re.MULTILINE))
     return text.replace("@PROTOTYPES@", "\n".join(prototypes))
-
-
-def _constraint_counts(eom: Equations) -> dict[str, str]:
-    """The numbers of constraints."""
-    given = structure(eom, len(eom.state) + 1)
-    return {
-        "@CHOSEN@": str(given["held_chosen"]),
-        "@CHOICES@": str(max(1, len(choices(eom)))),
-        "@HOLDING@": str(max(1, len(holding(eom).task.roots))),
-        "@TURNS@": str(given["held_turns"]),
-        "@SPHERES@": str(given["held_spheres"]),
-    }
 
 
 def _listed(values: Array) -> str:

@@ -5,8 +5,6 @@ A system does not record which function made a group of constraints, a contact o
 result is identical, field by field. Others are written as records.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -307,9 +305,7 @@ def _over(v: Vector, length: Expr) -> Vector | None:
 def _directions(place: Contact) -> Iterator[dict[str, Vector]]:
     """Candidate directions in the contact plane and velocities of its surface, which include that of the ground."""
     ways = [c.forces[0][1] for c in place.rolling]
-    running = Vector()
-    for c, way in zip(place.rolling, ways, strict=True):
-        running = running + way * -c.own
+    running = sum((way * -c.own for c, way in zip(place.rolling, ways, strict=True)), start=Vector())
     yield from ({}, {"surface": running}, *({"along": w} for w in ways[:1]))
     yield from ({"along": w, "surface": running} for w in ways[:1])
 

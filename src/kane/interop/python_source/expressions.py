@@ -5,8 +5,6 @@ The text follows the graph, one operator per node: executing it performs the sam
 to names Z1, Z2, … before their use.
 """
 
-from __future__ import annotations
-
 import json
 import keyword
 import re
@@ -267,9 +265,7 @@ def _terms(parts: Parts, names: ObjectNames) -> Iterable[tuple[str, Expr]]:
 
 def literal(value: object) -> str:
     """A value as a Python literal, strings in double quotes."""
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    return repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def _within(text: Text, least: int) -> str:

@@ -5,8 +5,6 @@ Executing the file gives the same equations, with the same operations; names, un
 frames are written in the order of the tree, joints as calls of the functions that made them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 

@@ -8,9 +8,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from importlib import import_module
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from types import ModuleType
 from typing import Any
 
 from kane import expect
@@ -40,14 +38,10 @@ except Exception as error:
 """
 
 
-def mujoco() -> ModuleType:
+def mujoco() -> Any:
     """The mujoco package."""
-    try:
-        return import_module("mujoco")
-    except ModuleNotFoundError as missing:
-        raise ModelError(
-            "Expected the package mujoco to read MJCF. Install it: pip install 'kane[models]'."
-        ) from missing
+    lacking = ModelError("Expected the package mujoco to read MJCF. Install it: pip install 'kane[models]'.")
+    return expect.package("mujoco", lacking)
 
 
 def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:

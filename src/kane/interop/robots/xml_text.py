@@ -8,7 +8,6 @@ import math
 import stat
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 from xml.sax import SAXException
@@ -165,12 +164,8 @@ def parsed(text: str | bytes, source: str) -> Element:
     ModelError
         if it is not well formed, contains entities, or exceeds the limits
     """
-    try:
-        reader, common = import_module("defusedxml.expatreader"), import_module("defusedxml.common")
-    except ModuleNotFoundError as missing:
-        raise ModelError(
-            "Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'."
-        ) from missing
+    lacking = ModelError("Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'.")
+    reader, common = (expect.package(f"defusedxml.{part}", lacking) for part in ("expatreader", "common"))
     builder = _ElementBuilder(source)
     parser = reader.DefusedExpatParser(forbid_entities=True, forbid_external=True)  # without namespaces: many lack them
     parser.setContentHandler(builder)

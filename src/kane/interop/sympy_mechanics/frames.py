@@ -24,6 +24,7 @@ from kane.interop.sympy_mechanics.states import COUNT, States
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN
+from kane.space.attitude_formulas import cosines_of
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector, axes
@@ -46,7 +47,7 @@ def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> d
         e = _unit(len(own))
         there = _values(entries, dict(zip(own, e, strict=True)))
         for order in permutations(range(4)):
-            if np.allclose(there, _quaternion(e[list(order)]), rtol=0, atol=EQUAL):
+            if np.allclose(there, cosines_of(e[list(order)].T, unit=True), rtol=0, atol=EQUAL):
                 result[frame] = tuple(own[k] for k in order)
                 break
     return result
@@ -58,20 +59,9 @@ def _unit(n: int) -> Array:
 
 
 def _values(entries: Sequence[Expr], values: Mapping[Any, Any]) -> Array:
-    return np.array(np.broadcast_arrays(*evaluate(list(entries), dict(values)), np.zeros(COUNT))[:-1]).reshape(
-        3, 3, COUNT
-    )
-
-
-def _quaternion(e: Array) -> Array:
-    e0, v = e[0], e[1:]
-    c: Array = 2 * np.einsum("ik,jk->ijk", v, v)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        c[i, i] += 2 * e0 * e0 - 1
-        c[k, j] += 2 * e0 * v[i]
-        c[j, k] -= 2 * e0 * v[i]
-    return c
+    """Values of a matrix (states × 3 × 3)."""
+    found = np.broadcast_arrays(*evaluate(list(entries), dict(values)), np.zeros(COUNT))[:-1]
+    return np.stack(found, axis=-1).reshape(COUNT, 3, 3)
 
 
 class Frames:
@@ -114,13 +104,11 @@ class Frames:
         told = free_symbols(self._known.scalar(x) for m, _ in spin.args for x in m)
         return not any(isinstance(s, Rate) and s.place in functions for s in told)
 
-    def vector(self, theirs: Any) -> Vector:
-        """The vector of kane for one of SymPy."""
-        if not getattr(theirs, "args", ()):
-            return Vector()
+    def vector(self, theirs: Any, by: Any = None) -> Vector:
+        """The vector of kane for one of SymPy, or for its derivative with respect to a symbol."""
         total = Vector()
-        for m, f in theirs.args:
-            x, y, z = (self._known.scalar(e) for e in m)
+        for m, f in getattr(theirs, "args", ()):
+            x, y, z = (self._known.scalar(e if by is None else e.diff(by)) for e in m)
             total = total + Vector(((self.frame(f), (x, y, z)),))
         return total
 

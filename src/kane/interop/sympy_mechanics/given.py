@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from inspect import signature
+from itertools import chain
 from typing import Any
 
 from kane import expect
@@ -80,13 +81,8 @@ def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Gi
 
 def _pairs(loads: Any) -> tuple[Any, ...]:
     """The loads as pairs of a point or frame and a vector; actuators are expanded."""
-    found: list[Any] = []
-    for load in loads or ():
-        if hasattr(load, "to_loads"):
-            found.extend(load.to_loads())
-        else:
-            found.append(load)
-    return tuple(found)
+    each = (load.to_loads() if hasattr(load, "to_loads") else (load,) for load in loads or ())
+    return tuple(chain.from_iterable(each))
 
 
 def _kane(method: Any, bodies: Any, loads: Any) -> Given:

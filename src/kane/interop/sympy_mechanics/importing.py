@@ -130,9 +130,8 @@ class _Import:
 
     def system(self) -> System:
         """The system."""
-        bodies, names = [], FreeNames()
-        for b in self._given.bodies:
-            bodies.append(self._body(b, names.free(str(b.name))))
+        names = FreeNames()
+        bodies = [self._body(b, names.free(str(b.name))) for b in self._given.bodies]
         loads = [self._load(place, vector, names) for place, vector in self._given.loads]
         if self._given.lagrangian is not None:
             loads += self._potential()
@@ -141,13 +140,9 @@ class _Import:
                 self._compare_spin(b.frame)
         found = self._definitions()
         configuration = [configuration_constraint(f"configuration {k}", f) for k, f in enumerate(self._holonomic, 1)]
-        motion = [
-            motion_constraint(f"motion {k}", found.in_rates(f)) for k, f in self._independent_motion_constraints()
-        ]
-        motion += [
-            motion_constraint(w.description.removeprefix("vanishes: ") + f" ({w.name})", row)
-            for w, row in found.vanishing.items()
-        ]
+        rows = {f"motion {k}": found.in_rates(f) for k, f in self._independent_motion_constraints()}
+        rows |= {f"{w.description.removeprefix('vanishes: ')} ({w.name})": row for w, row in found.vanishing.items()}
+        motion = [motion_constraint(name, row) for name, row in rows.items()]
         dependent = self._dependent(found, len(configuration) + len(motion))
         frames = self._frames
         with warnings.catch_warnings():
@@ -279,7 +274,11 @@ class _Import:
                 "got one whose T − L depends on rates. Give all bodies that it was derived from."
             )
         self.remarks.say("inferred", "the potential energy as T − L")
-        return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]
+        return (
+            []
+            if self.states.vanish([v]) and not any(isinstance(s, Coordinate) for s in free_symbols([v]))
+            else [Load.from_potential(v)]
+        )
 
     def _independent_motion_constraints(self) -> list[tuple[int, Expr]]:
         """The motion constraints that are not the rates of configuration constraints."""
@@ -334,10 +333,6 @@ def _is_length(f: Expr, groups: Sequence[tuple[Coordinate, ...]]) -> bool:
             e /= np.linalg.norm(e, axis=0)
             return bool(np.abs(evaluate(f, dict(zip(group, e, strict=True)))).max() < EQUAL)
     return False
-
-
-def _moves(v: Expr) -> bool:
-    return any(isinstance(s, Coordinate) for s in free_symbols([v]))
 
 
 def _numbers(x: Any) -> str:

@@ -70,12 +70,14 @@ class Auxiliary:
             *(x for x in places if not hasattr(x, "_pos_dict")),
             *(b.frame for b in given.bodies if hasattr(b, "frame")),
         ]
-        if any(not self._slope(f.ang_vel_in(given.frame), u).is_zero for f in turning for u in given.auxiliary):
+        if any(
+            not self._frames.vector(f.ang_vel_in(given.frame), by=u).is_zero for f in turning for u in given.auxiliary
+        ):
             return "angular velocities contain some"
         for p in [*(x for x in places if hasattr(x, "_pos_dict")), *(b.masscenter for b in given.bodies)]:
             held = set()
             for k, u in enumerate(given.auxiliary):
-                n = self._slope(p.vel(given.frame), u)
+                n = self._frames.vector(p.vel(given.frame), by=u)
                 if n.is_zero:
                     continue
                 held.add(k)
@@ -106,14 +108,6 @@ class Auxiliary:
     @staticmethod
     def _below(held: Held, placed: Sequence[Held]) -> Held:
         return max((x for x in placed if x < held), key=len, default=frozenset())
-
-    def _slope(self, vector: Any, u: Any) -> Vector:
-        """∂v/∂u."""
-        total = Vector()
-        for m, f in getattr(vector, "args", ()):
-            x, y, z = (self._known.scalar(e.diff(u)) for e in m)
-            total = total + Vector(((self._frames.frame(f), (x, y, z)),))
-        return total
 
     def _same(self, a: Vector, b: Vector) -> bool:
         return self._states.vanish((a - b).components(self._frames.inertial), [1])
@@ -199,13 +193,8 @@ class Points:
         drift = self._velocity(theirs)
         position = sum(offsets, Vector())
         carried = position.dt(self._frames.inertial)
-        there = self._states.of((drift - carried).components(self._frames.inertial))
-        size = max(
-            1e-3,
-            np.abs(
-                self._states.of([*drift.components(self._frames.inertial), *carried.components(self._frames.inertial)])
-            ).max(),
-        )
+        there, *both = (self._states.of(v.components(self._frames.inertial)) for v in (drift - carried, drift, carried))
+        size = max(1e-3, np.abs(both).max())
         if not np.isfinite(there).all():
             raise ModelError(f"Expected a finite velocity of {theirs} at random states, got {cut(drift)}.")
         there = np.where(np.abs(there) <= EQUAL * size, 0.0, there)

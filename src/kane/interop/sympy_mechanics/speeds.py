@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kane.errors import ModelError
-from kane.expr.build import add, mul, neg
+from kane.expr.build import add, mul, neg, sum_of
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, QuasiRate, Speed, rate
@@ -37,22 +37,13 @@ class Definitions:
         return substituted(e, dict[Expr, Expr](self.speeds.items()))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Equations:
-    """Equations `basic` = `rows` u, with `basic` in terms of rates."""
-
-    basic: list[Expr]
-    rows: list[list[Expr]]
-
-
 def define(
     known: Translation, kinematical: Kinematical,
     sets: dict[tuple[Coordinate, ...], tuple[QuasiRate, ...]], states: States, remarks: Remarks,
 ) -> Definitions:  # fmt: skip
     """The definitions of SymPy's speeds."""
-    equations, speeds = _equations(known, kinematical, sets, states), known.speeds
-    shape = (len(equations.rows), len(speeds), -1)
-    numbers = states.of([x for row in equations.rows for x in row]).reshape(shape)
+    (basic, rows), speeds = _equations(known, kinematical, sets, states), known.speeds
+    numbers = states.of([x for row in rows for x in row]).reshape(len(rows), len(speeds), -1)
     chosen = independent_rows(numbers)
     columns = independent_rows(numbers[chosen].transpose(1, 0, 2))
     result = Definitions()
@@ -64,12 +55,12 @@ def define(
             states.enter(q, u)
             remarks.say("inferred", f"a coordinate {q.name} for the speed {u.name}, which is the rate of no coordinate")
     free = [k for k in range(len(speeds)) if k not in columns]
-    left = [_less(equations.basic[i], equations.rows[i], speeds, result.speeds, free) for i in chosen]
-    solved = solve_linear([[equations.rows[i][k] for k in columns] for i in chosen], left) if chosen else ()
+    left = [_less(basic[i], rows[i], speeds, result.speeds, free) for i in chosen]
+    solved = solve_linear([[rows[i][k] for k in columns] for i in chosen], left) if chosen else ()
     result.speeds |= {speeds[k]: e for k, e in zip(columns, solved, strict=True)}
     result.speeds = {u: result.speeds[u] for u in speeds}
-    for i in (i for i in range(len(equations.rows)) if i not in chosen):
-        row = _less(equations.basic[i], equations.rows[i], speeds, result.speeds, range(len(speeds)))
+    for i in (i for i in range(len(rows)) if i not in chosen):
+        row = _less(basic[i], rows[i], speeds, result.speeds, range(len(speeds)))
         result.vanishing[_held(known, f"kinematical equation {i + 1}")] = row
         remarks.say("changed", f"the kinematical equation {i + 1}, which defines no speed, to a motion constraint")
     return result
@@ -101,8 +92,8 @@ def _less(
 def _equations(
     known: Translation, kinematical: Kinematical,
     sets: dict[tuple[Coordinate, ...], tuple[QuasiRate, ...]], states: States,
-) -> _Equations:  # fmt: skip
-    """The equations `basic` = `rows` u; those of Euler parameters in terms of the angular velocity."""
+) -> tuple[list[Expr], list[list[Expr]]]:  # fmt: skip
+    """`basic` and `rows` of the equations `basic` = `rows` u, `basic` in rates; those of Euler parameters in the angular velocity."""
     k_q, k_u, f = kinematical
     n, turning = len(k_q), {q: k for k, group in enumerate(sets) for q in group}
     own = [
@@ -113,15 +104,12 @@ def _equations(
     for i in range(n):
         if own[i]:
             continue
-        total = f[i]
-        for q, x in zip(known.coordinates, k_q[i], strict=True):
-            total = add(total, mul(x, rate(q)))
-        basic.append(total)
+        basic.append(sum_of([f[i], *(mul(x, rate(q)) for q, x in zip(known.coordinates, k_q[i], strict=True))]))
         rows.append([neg(x) for x in k_u[i]])
     for group, quasi in sets.items():
         basic += quasi
         rows += _spin(known, kinematical, group, states)
-    return _Equations(basic, rows)
+    return basic, rows
 
 
 def _spin(

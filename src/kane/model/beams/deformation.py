@@ -25,7 +25,7 @@ from numpy.polynomial import Chebyshev
 
 from kane import expect
 from kane.errors import ModelError, cut, warn
-from kane.expr.build import add, div, mul
+from kane.expr.build import add, div, mul, sum_of
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
@@ -312,10 +312,8 @@ class Fields(NamedTuple):
 
     def shortening(self, matrices: Sequence[Array]) -> Expr:
         """The foreshortening −Σ qᵀ H q/(2 L) over the deflections."""
-        total = ZERO
-        for f, h in zip(self.sagging, matrices, strict=True):
-            total = add(total, quadratic(rounded(-h / 2, f.shapes.units), f.coordinates))
-        return div(total, self.length)
+        pairs = zip(self.sagging, matrices, strict=True)
+        return div(sum_of(quadratic(rounded(-h / 2, f.shapes.units), f.coordinates) for f, h in pairs), self.length)
 
     def slope(self, f: Field, xi: float) -> Expr:
         """The slope dv/dx, or the twist."""
@@ -338,11 +336,7 @@ def section_frame(name: str, frame: Frame, whole: Fields, xi: float) -> Frame:
 
 def combined(numbers: Iterable[float], symbols: Sequence[Expr]) -> Expr:
     """Σ number · symbol."""
-    total = ZERO
-    for c, q in zip(numbers, symbols, strict=True):
-        if c:
-            total = add(total, mul(constant(float(c)), q))
-    return total
+    return sum_of(mul(constant(float(c)), q) for c, q in zip(numbers, symbols, strict=True) if c)
 
 
 def quadratic(matrix: Array, symbols: Sequence[Expr]) -> Expr:

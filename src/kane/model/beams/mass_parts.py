@@ -93,7 +93,9 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
         mu = np.pad(mu, (0, 2))
         mu[0, -2] = mu[-2, 0] = mu[1, -1] = mu[-1, 1] = unit
     points = [root, *(root.at(f"{name} {what}", d) for what, d in places)]
-    rows = _by_points(mu)
+    differences = np.eye(len(mu))  # μ is for the velocities v_0 and v_k − v_0, the rows are for v_0 and v_k
+    differences[1:, 0] = -1.0
+    rows = product(product(differences.T, mu), differences)
     total = mul(matter.mass.value, whole.length)
 
     def times(x: float) -> Expr:
@@ -126,13 +128,6 @@ def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], lis
         for each, m in zip(result, moments_beyond(matter.mass.share, rule.places), strict=True):
             each.append(rule.gram(slopes, slopes, m / matter.mass.share.root**2))
     return result
-
-
-def _by_points(mu: Array) -> Array:
-    """μ' for the velocities v_0, v_1, … of points from μ for v_0 and the differences v_k − v_0."""
-    differences = np.eye(len(mu))
-    differences[1:, 0] = -1.0
-    return product(product(differences.T, mu), differences)
 
 
 def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) -> list[Part]:

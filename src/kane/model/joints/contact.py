@@ -23,8 +23,6 @@ Sliding friction is a load with its slip, a threshold of the slip speed, and the
 direction at rest: a motion ends where the slip speed falls below the threshold, or, with `smooth`, the contact creeps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple

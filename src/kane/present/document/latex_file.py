@@ -44,7 +44,8 @@ _BEYOND = re.compile(r"[^\x00-\x7f]")
 def text_latex(plain: str) -> str:
     """Plain text as LaTeX."""
     letters: list[str] = []
-    for c in _marked(plain):
+    # accents are separated from their letters, except letters with their own command
+    for c in "".join(c if c in _WRITTEN else unicodedata.normalize("NFD", c) for c in plain):
         if c in _ACCENTS and letters:
             letters.append(rf"\{_ACCENTS[c]}{{{letters.pop()}}}")
         else:
@@ -60,11 +61,6 @@ def prose(sentence: str) -> str:
 def math_latex(latex: str) -> str:
     """A formula as LaTeX in ASCII."""
     return _BEYOND.sub(lambda m: _sign(m[0]) or rf"\text{{{text_latex(m[0])}}}", latex)
-
-
-def _marked(plain: str) -> str:
-    """Text with accents separated from their letters, except letters with their own command."""
-    return "".join(c if c in _WRITTEN else unicodedata.normalize("NFD", c) for c in plain)
 
 
 def _written(c: str) -> str:

@@ -91,9 +91,7 @@ def principal_html(found: Principal) -> str:
 
 def rotation_latex(r: Rotation) -> str:
     """The matrix of direction cosines; for an array of rotations its shape."""
-    if r.shape:
-        return repr(r)
-    return matrix(Matrix(r.direction_cosines)).dollars("A rotation")
+    return repr(r) if r.shape else matrix(Matrix(r.direction_cosines)).dollars("A rotation")
 
 
 def comparison_html(comparison: SpeedComparison | MethodComparison) -> str:

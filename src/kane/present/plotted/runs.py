@@ -7,7 +7,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kane.equations.equations import Equations
 from kane.errors import ArgumentError, SimulationError, cut
 from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.phases import Indices
@@ -33,11 +32,6 @@ class PlottedRun:
     name: str
     motion: Solution | SectionPoints
     dotted: bool = False
-
-    @property
-    def equations(self) -> Equations:
-        """The equations of the motion."""
-        return self.motion.equations
 
     @property
     def t(self) -> Array:

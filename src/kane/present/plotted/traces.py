@@ -116,7 +116,7 @@ def _of(run: PlottedRun, quantities: Sequence[Any]) -> Keyed:
 
 
 def _everything(run: PlottedRun) -> Iterator[tuple[Any, Trace]]:
-    eom, motion = run.equations, run.motion
+    eom, motion = run.motion.equations, run.motion
     kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states}
     if isinstance(motion, Solution):
         touching = ((c.normal_force, *c.friction_forces) for c in eom.system.contacts)
@@ -177,7 +177,7 @@ def readable(run: PlottedRun, what: Any) -> Axis:
 
 def _axes(run: PlottedRun, what: Any, label: str) -> list[tuple[Axis, float]]:
     """A quantity, or the components of a vector, each with the size below which it is noise."""
-    eom, motion = run.equations, run.motion
+    eom, motion = run.motion.equations, run.motion
     if isinstance(motion, SectionPoints):
         values = motion[what]  # first, as it raises errors for a wrong `what`
         (what,) = asked(eom.derived, what).roots

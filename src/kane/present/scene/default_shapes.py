@@ -4,8 +4,6 @@
 A point belongs to a body if a chain of offsets that are constant in the body's frame leads to it from the mass centre.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -162,8 +160,9 @@ def _rigid(
     corners = [p for p in own if p.body is body.frame]
     if solid is not None:
         yield solid
-        if solid.kind != "rod":
-            yield from _arms(body, own, into)
+        for p in own[1:] if solid.kind != "rod" else ():  # thin lines to points away from the centre
+            if p.body is None:
+                yield Item("arm", body.name, "body", points=(into.position(body.mass_center), into.position(p)))
         return
     if corners and not edge:
         yield _mirrored(body, corners, into)
@@ -173,13 +172,6 @@ def _rigid(
         yield Item("link", body.name, "body", places[0], points=places)
     if len(places) < 3:
         yield ellipsoid_item(body, into)
-
-
-def _arms(body: RigidBody, own: list[Point], into: Quantities) -> Iterator[Item]:
-    """Thin lines to the points of a solid that are away from its centre."""
-    for p in own[1:]:
-        if p.body is None:
-            yield Item("arm", body.name, "body", points=(into.position(body.mass_center), into.position(p)))
 
 
 def _edge_item(body: RigidBody, edge: Round, into: Quantities) -> Item:

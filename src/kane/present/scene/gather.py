@@ -5,8 +5,6 @@ A coordinate in the angle of a frame is a rotation about its axis, shown at the 
 displacement along the path of the point as the coordinate grows from zero, with the following coordinates still zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Any
@@ -341,6 +339,3 @@ def _lengths(system: System, into: Quantities) -> Iterator[tuple[str, int, int]]
             if name not in seen:
                 seen.add(name)
                 yield name, into.position(p.parent), into.position(p)
-
-
-__all__ = ["center_of", "scene", "system_of"]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The records of a scene, which refer by index to positions, axes, directions and lengths evaluated at a state by one routine."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The shapes of links of an imported robot, as shapes of bodies."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -5,8 +5,6 @@ The projection is orthographic. Azimuth and elevation maximize the least of seve
 separation of frame axes, opening of rotations, disks neither on edge nor flat; with a slight preference for an elevation of 24°.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ direction have a cost; overlap with another label, or with the edge, costs more 
 omitted; needed ones move away, with a leader line.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The drawing surface of a sketch: strokes by layer, in pixels, and the labels to be placed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise

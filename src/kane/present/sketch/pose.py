@@ -5,8 +5,6 @@ Several poses are tried, each moved by least changes until the constraints hold,
 which the least visible coordinate is seen best is taken.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -77,7 +75,7 @@ def _finite(q: Expr, value: Any) -> float:
     return float(number)
 
 
-def _holds(values: Mapping[Symbol, float], laws: _Laws) -> bool:
+def _holds(values: Mapping[Symbol, float], laws: "_Laws") -> bool:
     """Whether the configuration constraints vanish."""
     return all(abs(float(x)) <= _HOLDS for x in laws.walk(values)[: laws.count])
 

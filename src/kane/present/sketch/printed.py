@@ -51,7 +51,7 @@ def printed(strokes: Iterable[Stroke], labels: Iterable[Label], width: int, heig
 
 def _draw(axes: Axes, look: str, lines: list[tuple[Array, bool]]) -> None:
     style = looks(look)
-    outline = Outline.make_compound_path(*(_outline(*line) for line in lines))
+    outline = Outline.make_compound_path(*(Outline([*p, p[0]] if closed else p, closed=closed) for p, closed in lines))
     dashes = [float(x) for x in style.get("stroke-dasharray", "none").split() if x != "none"]
     fill, stroke = style.get("fill", "none"), style.get("stroke", "none")
     wide = float(style.get("stroke-width", 1)) * _POINT
@@ -60,15 +60,7 @@ def _draw(axes: Axes, look: str, lines: list[tuple[Array, bool]]) -> None:
             outline, facecolor="none", edgecolor=stroke, linewidth=wide if stroke != "none" else 0, capstyle="round",
             joinstyle="round", linestyle=(0, [d * _POINT / wide for d in dashes]) if dashes else "solid", zorder=2,
         )
-    ).set(facecolor=_transparent(fill, float(style.get("fill-opacity", 1))))  # fmt: skip
-
-
-def _transparent(colour: str, opacity: float) -> tuple[str, float] | str:
-    return colour if colour == "none" else (colour, opacity)
-
-
-def _outline(points: Array, closed: bool) -> Outline:
-    return Outline([*points, points[0]] if closed else points, closed=closed)
+    ).set(facecolor=fill if fill == "none" else (fill, float(style.get("fill-opacity", 1))))  # fmt: skip
 
 
 def _write(axes: Axes, label: Label) -> None:

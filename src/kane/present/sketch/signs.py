@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Coordinates as arcs and arrows, axes, forces and points, with their labels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A drawing as SVG: styles by class, colours as variables for light and dark themes, text with halos, a title and a description."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from html import escape
@@ -110,7 +108,9 @@ def render(paper: Paper, labels: Sequence[Label], title: str, description: str) 
         f'<rect class="card" width="{w}" height="{h}" rx="6"/>',
     ]
     for s in sorted(paper.strokes, key=lambda s: s.order):
-        lines += _stroke(s)
+        rule = ' fill-rule="evenodd"' if s.holes else ""
+        for look, parts in shapes_of(s):
+            lines.append(f'<path class="{look}"{rule} d="{"".join(_path(line, closed) for line, closed in parts)}"/>')
     for b in labels:
         if b.reach >= LEADER:
             lines.append(f'<path class="leader" d="{_path(leader(b))}"/>')
@@ -135,14 +135,6 @@ def shapes_of(s: Stroke) -> list[tuple[str, list[tuple[Array, bool]]]]:
     first = s.look.split()[0]
     head = np.array([tip, base + side, base - side])
     return [(s.look, [(shaft, False)]), (f"{first}-head", [(head, True)])]
-
-
-def _stroke(s: Stroke) -> list[str]:
-    rule = ' fill-rule="evenodd"' if s.holes else ""
-    return [
-        f'<path class="{look}"{rule} d="{"".join(_path(line, closed) for line, closed in lines)}"/>'
-        for look, lines in shapes_of(s)
-    ]
 
 
 def _ending(line: Array, head: float) -> Array:

@@ -4,8 +4,6 @@
 The upward direction of the scene is rotated to +y, that of glTF. Lengths are those of the model.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from typing import Any

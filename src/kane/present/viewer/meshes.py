@@ -4,8 +4,6 @@
 A body of revolution has its axis along z. The tone of a vertex, 0 or 1, alternates between quarters of round shapes, to show spin.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Callable, Iterable, Sequence

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The data of a page with a scene in motion: plain data, packed arrays, and the markup of the canvas."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ A part is *rigid* (a mesh at a position, along axes, scaled by lengths), *betwee
 placed by three of its *corners*. The thickness of lines is proportional to the scene's size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise

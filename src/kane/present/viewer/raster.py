@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Pictures of a motion without a browser, as PNG, GIF, WebP and MP4: triangles are shaded, sorted by distance, and drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import groupby, product, repeat
@@ -17,6 +15,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from kane import expect
 from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.present.viewer.meshes import unit_rows
@@ -74,14 +73,10 @@ def write(shot: PictureView, place: Path) -> None:
 
 
 def _video(pictures: Iterator[Image.Image], place: Path) -> None:
-    try:
-        import imageio_ffmpeg
-    except ImportError:
-        raise ArgumentError(
-            "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
-        ) from None
+    lacking = "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
+    ffmpeg = expect.package("imageio_ffmpeg", ArgumentError(lacking))
     told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # playable while loading
-    writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
+    writer = ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
     writer.send(None)
     for p in pictures:
         writer.send(np.ascontiguousarray(p))

@@ -2,16 +2,17 @@
 """The target languages of Programs; a new one is a module and a row of these tables."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from kane.errors import ArgumentError, none_of
 from kane.program.emit.c import emit_c, emit_header
-from kane.program.emit.languages.cpp import emit_cpp, emit_eigen
+from kane.program.emit.languages.cpp import emit_cpp
 from kane.program.emit.languages.javascript import emit_javascript
 from kane.program.emit.languages.julia import emit_julia
 from kane.program.emit.languages.matlab import emit_matlab
 from kane.program.emit.languages.modelica import emit_modelica
 from kane.program.emit.languages.numpy import emit_numpy
-from kane.program.emit.languages.python_arrays import emit_jax, emit_torch
+from kane.program.emit.languages.python_arrays import JAX, TORCH, emit_arrays
 from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
 from kane.program.emit.languages.rust import emit_cargo, emit_rust
 from kane.program.emit.languages.simulink import emit_simulink
@@ -22,12 +23,12 @@ EMITTERS: dict[str, Callable[..., str]] = {
     "c": emit_c,
     "h": emit_header,
     "numpy": emit_numpy,
-    "jax": emit_jax,
-    "torch": emit_torch,
+    "jax": partial(emit_arrays, JAX),
+    "torch": partial(emit_arrays, TORCH),
     "casadi": emit_casadi,
     "sympy": emit_sympy,
     "cpp": emit_cpp,
-    "eigen": emit_eigen,
+    "eigen": partial(emit_cpp, eigen=True),
     "rust": emit_rust,
     "cargo": emit_cargo,
     "matlab": emit_matlab,

@@ -9,8 +9,6 @@ that they are combined and hoisted. For a product that only one sum reads, only 
 adds at once.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import heapq
 import math

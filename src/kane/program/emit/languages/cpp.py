@@ -12,24 +12,15 @@ from kane.program.program import Program
 _ARRAY, _EIGEN = "std::array<double, {0}>", "Eigen::Matrix<double, {0}, 1>"
 
 
-def emit_cpp(program: Program, *, version: str = "") -> str:
-    """The text of `<name>.hpp` for std::array."""
-    return _emit(program, version, False)
-
-
-def emit_eigen(program: Program, *, version: str = "") -> str:
-    """The text of `<name>.hpp` for vectors and matrices of Eigen."""
-    return _emit(program, version, True)
-
-
-def _emit(program: Program, version: str, eigen: bool) -> str:
+def emit_cpp(program: Program, *, version: str = "", eigen: bool = False) -> str:
+    """The text of `<name>.hpp` for std::array, or for vectors and matrices of Eigen."""
     file = c_file(program)
     style, called = Style(lanes=1, whole=LONGEST, piece=LONGEST), set[str]()
     written = [c_definition(file, f, style, called) for f in file.functions]
     space = f"kane_{file.prefix}"
     names = distinct([identifier(f.function.name) or "routine" for f in file.functions], is_free_in_c)
     taken = (*names, *(f.name for f in file.functions))
-    sizes = [_size(file, f) for f in file.functions]
+    kept = len(file.functions[0].function.results)
     arguments, hoist, first = (
         ", ".join(file.names.arguments[p.name] for p in program.ports),
         file.functions[0],
@@ -64,17 +55,13 @@ def _emit(program: Program, version: str, eigen: bool) -> str:
             for f, text in zip(file.functions, written, strict=True)
         ),
         *_defaults(program, distinct(["defaults"], is_free_in_c, taken)[0], eigen),
-        *(_wrapper(file, f, n, sizes[0], eigen) for f, n in zip(file.functions[1:], names[1:], strict=True)),
+        *(_wrapper(file, f, n, kept, eigen) for f, n in zip(file.functions[1:], names[1:], strict=True)),
         "}",
         "",
         "#endif",
         "",
     ]
     return "\n".join(lines)
-
-
-def _size(file: CFile, f: CFunction) -> int:
-    return len(f.function.results)
 
 
 def _vector(size: int, eigen: bool) -> str:
@@ -103,7 +90,7 @@ def _wrapper(file: CFile, f: CFunction, name: str, kept: int, eigen: bool) -> st
         given.append(f"double {own}" if port.scalar else f"const {_vector(len(port.symbols), eigen)} &{own}")
         passed.append(own if port.scalar else f"{own}.data()")
         hoisted += [passed[-1]] if port.hoisted else []
-    shape, size = program.routine(f.function.name).shape, _size(file, f)
+    shape, size = program.routine(f.function.name).shape, len(f.function.results)
     made = _vector(size, eigen)
     turn = eigen and len(shape) == 2
     if turn:

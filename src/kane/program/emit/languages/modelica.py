@@ -10,7 +10,6 @@ from kane.program.emit.languages.straight import (
     Emitted,
     File,
     Language,
-    all_have_defaults,
     file_of,
     forms,
     head,
@@ -89,8 +88,9 @@ def _motion(file: File, rhs: str) -> list[str]:
     program = file.program
     names = {port.name: file.names.arguments[port.name] for port in program.ports}
     length = {port.name: len(port.symbols) for port in program.ports}
-    values = f" = {{{numbers_of(program, _MODELICA)}}}" if all_have_defaults(program) and length["p"] else ""
-    given = ", ".join("time" if p.scalar else names[p.name] for p in program.ports)
+    given = all(s.default is not None for port in program.hoisted_ports for s in port.symbols)
+    values = f" = {{{numbers_of(program, _MODELICA)}}}" if given and length["p"] else ""
+    passed = ", ".join("time" if p.scalar else names[p.name] for p in program.ports)
     lines = [
         "",
         '  block Motion "The state by its right-hand side"',
@@ -102,4 +102,4 @@ def _motion(file: File, rhs: str) -> list[str]:
         else [f"    constant Real {names['r']}[0] = fill(0.0, 0);"]
     )
     lines += [f"    Real {names['x']}[{length['x']}](each fixed = true);", "  equation"]
-    return [*lines, f"    der({names['x']}) = {rhs}({given});", "  end Motion;"]
+    return [*lines, f"    der({names['x']}) = {rhs}({passed});", "  end Motion;"]

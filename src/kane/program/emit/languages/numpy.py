@@ -11,17 +11,14 @@ from dataclasses import dataclass
 from kane.expr.ops import OPS
 from kane.program.emit.identifiers import (
     ARITHMETIC,
-    Names,
     decimal,
     distinct,
     identifier,
     is_free_in_python,
-    local_names,
     made_by,
     python_docstring,
 )
-from kane.program.emit.languages.straight import GONE_TEXT, WHOLE, Language, StraightPrinter, forms
-from kane.program.emit.walk import Function, function_of, hoisting, pieces, statements
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms
 from kane.program.program import Port, Program, Routine
 
 
@@ -66,55 +63,57 @@ def emit_numpy(program: Program, *, version: str = "") -> str:
 
     NumPy rounds each operation separately.
     """
-    module = python_module(program)
+    module = python_module(program, _NUMPY, ("np", "_vector", "shape"), depth=2)
     vectors = sorted(module.tables, key=lambda port: not port.hoisted)
+    hoist, *routines = module.file.functions
     parts = [
         _docstring(module, version),
         "import numpy as np\n",
         *(python_table(module, port) for port in vectors),
         f"\n\n{_VECTOR}",
-        _hoist(module),
-        *(_routine(module, r, n) for r, n in zip(program.routines, module.routines, strict=True)),
+        _hoist(module, hoist),
+        *(_routine(module, r, f) for r, f in zip(program.routines, routines, strict=True)),
     ]
     return "\n".join(parts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PythonModule:
-    """Identifiers in the module: of values, of the tables of vectors, of the defaults of parameters, of routines."""
+    """The functions in the module, and the names of the tables of vectors and of the defaults of parameters."""
 
-    program: Program
-    names: Names
+    file: File
     tables: dict[Port, str]
     defaults: dict[Port, str]
-    routines: tuple[str, ...]
 
     def arguments(self, ports: Iterable[Port]) -> str:
         """The names of ports, separated by commas."""
-        return ", ".join(self.names.arguments[port.name] for port in ports)
+        return ", ".join(self.file.names.arguments[port.name] for port in ports)
+
+    def converted(self, port: Port, scalar: str) -> str:
+        """The line that converts an argument to an array, a scalar as in the form `scalar`."""
+        name = self.arguments([port])
+        vector = f'_vector({name}, {self.tables.get(port)}, "{name}")'
+        return f"    {name} = {scalar.format(name) if port.scalar else vector}"
 
 
-def python_module(program: Program, own: Sequence[str] = ("np", "_vector", "shape")) -> PythonModule:
-    """The identifiers of a Python module whose fixed lines use the names `own`."""
+def python_module(program: Program, spoken: Language, own: Sequence[str], depth: int = 1) -> PythonModule:
+    """A Python module whose fixed lines use the names `own`."""
     vectors = [port for port in program.ports if not port.scalar]
-    own = ["hoist", *own]
-    tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, own)
+    tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, ["hoist", *own])
     whole = [p for p in vectors if p.hoisted and all(s.default is not None for s in p.symbols)]
     lone = len(program.hoisted_ports) == 1
     by_port = dict(zip(vectors, tables, strict=True))
     defaults = {p: "DEFAULTS" if lone else f"{by_port[p]}_DEFAULTS" for p in whole}
-    taken = {*own, "DEFAULTS", *tables, *defaults.values()}
-    routines = distinct([identifier(r.name) or "routine" for r in program.routines], is_free_in_python, taken)
-    names = local_names(program, lambda name: is_free_in_python(name) and name not in {*taken, *routines})
-    return PythonModule(program, names, by_port, defaults, tuple(routines))
+    file = file_of(program, spoken, (*own, "DEFAULTS", *tables, *defaults.values()), depth)
+    return PythonModule(file, by_port, defaults)
 
 
 # ---------------------------------------------------------------------------------------------------------- tables
 
 
 def _docstring(module: PythonModule, version: str) -> str:
-    program = module.program
-    calls = [f"{name}({module.arguments(program.ports)})" for name in module.routines]
+    program = module.file.program
+    calls = [f"{f.name}({module.arguments(program.ports)})" for f in module.file.functions[1:]]
     width = max(map(len, calls), default=0)
     what = [f"    {c:{width}}  {shape_text(r)}: {few(r.labels)}" for c, r in zip(calls, program.routines, strict=True)]
     nouns = [f"{module.arguments([port])} {'' if k else 'is '}the {port.noun}" for k, port in enumerate(program.ports)]
@@ -164,34 +163,37 @@ def python_table(module: PythonModule, port: Port, number: Callable[[float], str
 # ------------------------------------------------------------------------------------------------------- functions
 
 
-def _hoist(module: PythonModule) -> str:
-    program, ports = module.program, module.program.hoisted_ports
+_SCALAR = "np.asarray({0}, dtype=np.float64)"
+
+
+def _hoist(module: PythonModule, f: Emitted) -> str:
+    program, ports = module.file.program, f.function.ports
     shapes = [leading(module, port) for port in ports]
     shape = shapes[0] if len(shapes) == 1 else f"np.broadcast_shapes({', '.join(shapes)})"
     lines = [
         "",
-        f"def hoist({module.arguments(ports)}):",
+        f"def hoist({f.given}):",
         '    """What depends on parameters alone: the routines call it themselves."""',
-        *(_converted(module, port) for port in ports),
+        *(module.converted(port, _SCALAR) for port in ports),
         f"    h = np.empty((*{shape}, {len(program.kept)}))",
-        *_computed(module, hoisting(program)),
+        *_computed(f),
         "    return h\n",
     ]
     return "\n".join(lines)
 
 
-def _routine(module: PythonModule, routine: Routine, name: str) -> str:
-    program = module.program
-    shapes = ", ".join(leading(module, port) for port in program.ports)
+def _routine(module: PythonModule, routine: Routine, f: Emitted) -> str:
+    ports = f.function.ports
+    shapes = ", ".join(leading(module, port) for port in ports)
     lines = [
         "",
-        f"def {name}({signature(module)}):",
+        f"def {f.name}({signature(module)}):",
         described(routine),
-        f"    h = hoist({module.arguments(program.hoisted_ports)})",
-        *(_converted(module, port) for port in program.ports),
+        f"    h = {f.hoisting}",
+        *(module.converted(port, _SCALAR) for port in ports),
         f"    shape = np.broadcast_shapes({shapes})",
         f"    out = np.empty((*shape, {len(routine.results)}))",
-        *_computed(module, function_of(program, routine)),
+        *_computed(f),
         f"    return out.reshape(shape + {routine.shape!r})\n",
     ]
     return "\n".join(lines)
@@ -200,7 +202,7 @@ def _routine(module: PythonModule, routine: Routine, name: str) -> str:
 def signature(module: PythonModule) -> str:
     """The argument list; the last arguments have defaults if they may be omitted."""
     arguments: list[str] = []
-    for port in reversed(module.program.ports):
+    for port in reversed(module.file.program.ports):
         name = module.arguments([port])
         default = module.defaults.get(port, "()" if port.optional and not port.hoisted else "")
         open_ = default and all("=" in g for g in arguments)
@@ -208,24 +210,11 @@ def signature(module: PythonModule) -> str:
     return ", ".join(reversed(arguments))
 
 
-def _converted(module: PythonModule, port: Port) -> str:
-    """The line that converts an argument to an array."""
-    name = module.arguments([port])
-    if port.scalar:
-        return f"    {name} = np.asarray({name}, dtype=np.float64)"
-    return f'    {name} = _vector({name}, {module.tables[port]}, "{name}")'
-
-
 def leading(module: PythonModule, port: Port) -> str:
     """The leading axes of an argument, to be broadcast."""
     return f"{module.arguments([port])}.shape{'' if port.scalar else '[:-1]'}"
 
 
-def _computed(module: PythonModule, function: Function) -> list[str]:
+def _computed(f: Emitted) -> list[str]:
     """The lines that compute the results of a function, each with its label as a comment."""
-    program = module.program
-    (piece,) = pieces(program, function, WHOLE).chunks
-    names, numbers = module.names.of(function, python_number), range(len(program.inputs), program.first)
-    printer = StraightPrinter(_NUMPY, names, module.names.arguments, numbers, 2)
-    printer.block(statements(program, function, piece, WHOLE))
-    return ['    with np.errstate(all="ignore"):', *printer.lines] if printer.lines else []
+    return ['    with np.errstate(all="ignore"):', *f.lines] if f.lines else []

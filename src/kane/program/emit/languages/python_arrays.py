@@ -5,23 +5,19 @@ As in the NumPy module, a vector has its values on the last axis, and the axes b
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from kane.expr.ops import Op
-from kane.program.emit.identifiers import decimal, free_in_module
-from kane.program.emit.languages.numpy import described, leading, python_module, python_table, signature
-from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head
-from kane.program.program import Port, Program
+from kane.program.emit.identifiers import c_number, free_in_module
+from kane.program.emit.languages.numpy import PythonModule, described, leading, python_module, python_table, signature
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, Language, forms, head
+from kane.program.program import Program
 
 _NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 
 
-def _number(value: float) -> str:
-    return decimal(value, "NAN", "INFINITY")
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class _Arrays:
+class ArrayLibrary:
     """The spellings of an array library that emitted modules use."""
 
     language: Language
@@ -53,7 +49,7 @@ def _forms(xp: str) -> Mapping[Op, str]:
 def _language(xp: str, *own: str, all_wrapped: bool = False) -> Language:
     """The language of the library `xp`; modules import the names `own`."""
     free, at, kept = free_in_module(*own, "NAN", "INFINITY"), "{0}[..., {1}]", "{0}[{1}]"
-    given = (_forms(xp), _number, free, "#")
+    given = (_forms(xp), c_number, free, "#")
     return Language(*given, at=at, at_kept=kept, listed=True, wrapped="_number({0})", all_wrapped=all_wrapped)
 
 
@@ -78,7 +74,7 @@ def _packed(out, leading, own):
         return {empty}
     return {stacked}.reshape((*leading, *own))
 '''
-_JAX = _Arrays(
+JAX = ArrayLibrary(
     _language("jnp", "jnp", "jax"),
     "import jax.numpy as jnp",
     _VECTOR.format(
@@ -92,7 +88,7 @@ _JAX = _Arrays(
         "The functions are pure: jax.jit({f}), jax.vmap({f}, …), jax.jacfwd({f}, argnums=…).",
     ),
 )
-_TORCH = _Arrays(
+TORCH = ArrayLibrary(
     _language("torch", "torch", all_wrapped=True),
     "import torch",
     _VECTOR.format(
@@ -108,30 +104,20 @@ _TORCH = _Arrays(
 )
 
 
-def emit_jax(program: Program, *, version: str = "") -> str:
-    """The text of a module for JAX."""
-    return _emit(program, _JAX, version)
-
-
-def emit_torch(program: Program, *, version: str = "") -> str:
-    """The text of a module for PyTorch."""
-    return _emit(program, _TORCH, version)
-
-
+_SCALAR = "_number({0})"
 _OWN = ("jnp", "torch", "NAN", "INFINITY", "leading", "out", "DEFAULTS")
 
 
-def _emit(program: Program, arrays: _Arrays, version: str) -> str:
-    drawn = python_module(program, _OWN)
-    tables = drawn.tables
-    file = file_of(program, arrays.language, (*_OWN, *tables.values(), *drawn.defaults.values()))
-    module = replace(drawn, names=file.names)
+def emit_arrays(arrays: ArrayLibrary, program: Program, *, version: str = "") -> str:
+    """The text of a module for an array library."""
+    module = python_module(program, arrays.language, _OWN)
+    file = module.file
     call = [
         f"Call: {file.first.name}({file.arguments}), vectors on the last axis, further axes before it; "
         "the tables say what they hold.",
         *(f"      {line.format(f=file.first.name)}" for line in arrays.call),
     ]
-    vectors = sorted(tables, key=lambda port: not port.hoisted)
+    vectors = sorted(module.tables, key=lambda port: not port.hoisted)
     hoist, *routines = file.functions
     parts = [
         *(f"# {line}".rstrip() for line in head(file, version, call)),
@@ -139,11 +125,11 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
         arrays.imports,
         "",
         'NAN, INFINITY = float("nan"), float("inf")',
-        *(python_table(module, port, _number) for port in vectors),
+        *(python_table(module, port, c_number) for port in vectors),
         "",
         "",
         arrays.vector,
-        *_hoist(file, hoist, tables),
+        *_hoist(module, hoist),
     ]
     for f in routines:
         routine = program.routine(f.function.name)
@@ -154,7 +140,7 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
             f"def {f.name}({signature(module)}):",
             described(routine),
             f"    h = {f.hoisting}",
-            *(_converted(file, port, tables) for port in program.ports),
+            *(module.converted(port, _SCALAR) for port in program.ports),
             f"    leading = {arrays.shapes}({shapes})",
             *f.lines,
             *f.listed("    "),
@@ -163,18 +149,13 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
     return "\n".join([*parts, ""])
 
 
-def _hoist(file: File, f: Emitted, tables: Mapping[Port, str]) -> list[str]:
+def _hoist(module: PythonModule, f: Emitted) -> list[str]:
     return [
         "",
         f"def {f.name}({f.given}):",
         '    """What depends on parameters alone, a list: the routines call it themselves."""',
-        *(_converted(file, port, tables) for port in file.program.hoisted_ports),
+        *(module.converted(port, _SCALAR) for port in f.function.ports),
         *f.lines,
         *f.listed("    "),
         "    return out",
     ]
-
-
-def _converted(file: File, port: Port, tables: Mapping[Port, str]) -> str:
-    name = file.names.arguments[port.name]
-    return f"    {name} = _number({name})" if port.scalar else f'    {name} = _vector({name}, {tables[port]}, "{name}")'

@@ -245,9 +245,4 @@ def numbers_of(program: Program, spoken: Language) -> str:
     return ", ".join(spoken.number(float("nan") if v is None else float(v)) for v in values)
 
 
-def all_have_defaults(program: Program) -> bool:
-    """Whether every parameter has a default."""
-    return all(s.default is not None for port in program.hoisted_ports for s in port.symbols)
-
-
 GONE_TEXT = repr(GONE)
