@@ -127,12 +127,8 @@ def _named(derived: Derived, name: str) -> Symbol:
 _PLAIN = Coordinate | Speed | StateVariable | Parameter | Time
 
 
-def without_rates(derived: Derived, root: Expr) -> Expr:
-    """`root` with q̇ written in speeds and q̈ in u̇."""
-    return _without_rates(derived, [root])[0]
-
-
-def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
+def without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
+    """`roots` with q̇ written in speeds and q̈ in u̇."""
     second: dict[Expr, Expr] = {}
     for s in free_symbols(roots):
         of = s.place if isinstance(s, Rate) and input_of(s) is None else None
@@ -168,13 +164,13 @@ def time_derivative(derived: Derived, e: Expr) -> Expr:
             )
         return rates.get(leaf, ZERO)
 
-    return tangent(without_rates(derived, e), leaf_rate)
+    return tangent(without_rates(derived, [e])[0], leaf_rate)
 
 
 def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     """Functions of q, u, t, parameters and inputs: u̇ and reactions replaced by their solved values, auxiliary speeds by 0."""
     derived = solved.derived
-    plain = list(solved.written(_without_rates(solved.regular, roots)))
+    plain = list(solved.written(without_rates(solved.regular, roots)))
     if not any(isinstance(s, Rate | Reaction | AuxiliarySpeed) for s in free_symbols(plain)):
         return plain
     values: dict[Expr, Expr] = {rate(u): a for u, a in zip(derived.speeds, solved.accelerations, strict=True)}
