@@ -136,9 +136,11 @@ def without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
             second[s] = derived.system.states[of]
         elif isinstance(of, QuasiRate) or (isinstance(of, Rate) and not isinstance(of.place, Speed | StateVariable)):
             second[s] = time_derivative(derived, of)
-    roots = list(map(substituting(second), roots)) if second else roots
-    forms: dict[Expr, Affine] = {}
-    return [derived.kinematical.in_speeds(e, forms) for e in roots]
+    roots = list(map(substituting(second), roots) if second else roots)
+    speeds, forms = derived.kinematical, dict[Expr, Affine]()
+    if {*speeds.rates, *speeds.euler_rates}.isdisjoint(free_symbols(roots)):
+        return roots
+    return [speeds.in_speeds(e, forms) for e in roots]
 
 
 def time_derivative(derived: Derived, e: Expr) -> Expr:
