@@ -29,7 +29,7 @@ def unloaded(rng, bodies):
 
 
 @pytest.mark.slow
-@examples(0.5)
+@examples(0.25)
 @given(st.integers(1, 5), st.integers(0, 2**32))
 def test_inverse_dynamics_and_base_parameters_of_random_trees(bodies, seed):
     """Y π at random accelerations, and the rank of Y, are Pinocchio's."""

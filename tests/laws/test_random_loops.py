@@ -205,7 +205,7 @@ def with_other_dependent_speeds(rng: np.random.Generator, state: State) -> kn.Eq
 @pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_a_second_of_motion_stays_on_the_constraints(planar: bool, loops: int) -> None:
-    @examples(0.02)
+    @examples(0.01)
     @given(mechanisms(planar, loops, max_parts=3), st.sampled_from(SPEEDS), SEEDS)
     def check(m: Mechanism, speeds: str, seed: int) -> None:
         state = State(m, Asked(speeds, seed=seed), seed)

@@ -20,7 +20,7 @@ from tests.oracles.loops.equations import Solution
 from tests.systems.rolling import Contact, drawn
 
 Array = Any
-STATES, BLOCK, BLOCKS = 2, 40, 10
+STATES, BLOCK, BLOCKS = 2, 20, 10
 """States of each system; systems of each of the full tests, and how many of these."""
 ROUNDINGS = 8
 """Changes of a state in its last digit that tell how sensitive accelerations and forces are to it."""

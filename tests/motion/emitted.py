@@ -11,7 +11,7 @@ from kane.motion import emit_simulator
 from tests.program.programs import compiler
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
-SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZED = ("-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 EXACT = kn.Settings(contract=False)
 PERIOD = 0.01
 CONTROLLER = """

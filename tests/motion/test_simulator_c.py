@@ -13,7 +13,7 @@ from tests.motion.test_time_breaks import KINDS, PULSES, L, S, V, wheel
 from tests.program.programs import compiler
 
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
-SANITIZED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZED = ["-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 EOM = kn.derive(pendulum_on_cart.system(force=True))
 
 

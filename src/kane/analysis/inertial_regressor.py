@@ -16,9 +16,8 @@ of F, and determines combinations that the forces do not.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -289,7 +288,7 @@ def regressor(eom: Equations) -> Regressor:
     check_equations(eom)
     system = eom.system
     whole = Motions(eom.derived, eom.embedding, True)
-    free_fall = sum((g.acceleration for g in system.gravities), start=Vector())
+    free_fall = whole.in_speeds(sum((g.acceleration for g in system.gravities), start=Vector()))
     names, values, columns = list[str](), list[Expr](), list[list[Expr]]()
     for body in system.bodies:
         if not isinstance(body, RigidBody | Particle):
@@ -297,14 +296,16 @@ def regressor(eom: Equations) -> Regressor:
                 f"Expected rigid bodies and particles for a regressor, got the {type(body).__name__} {body.name!r}: its mass moves "
                 "within it. Model it by rigid bodies."
             )
-        for name, value, force, torque in _columns(whole, body, free_fall):
+        partials = [whole.partial_velocities(body.parts()[0].mass_center).values()]
+        if isinstance(body, RigidBody):
+            partials.append(whole.partial_angular_velocities(body.frame).values())
+        for name, value, *wrench in _columns(whole, body, free_fall):
             names.append(f"{body.name}: {name}")
             values.append(value)
-            couples = [(body.frame, torque)] if isinstance(body, RigidBody) and torque is not None else []
-            columns.append(_generalized(whole, [(body.parts()[0].mass_center, force)], couples))
-    forces = [x for load in system.loads for x in load.forces]
-    torques = [x for load in system.loads for x in load.torques]
-    loads = _generalized(whole, forces, torques)
+            columns.append(_generalized(whole, zip(partials, wrench, strict=False)))
+    forces = ((whole.partial_velocities(at), f) for load in system.loads for at, f in load.forces)
+    torques = ((whole.partial_angular_velocities(at), t) for load in system.loads for at, t in load.torques)
+    loads = _generalized(whole, ((p.values(), whole.in_speeds(v)) for p, v in (*forces, *torques)))
     held = [s for s in free_symbols(loads) if s in set(eom.reactions)]
     if not vanish([tangent(e, {s: ONE}) for e in loads for s in held], eom.derived):
         raise ModelError(
@@ -322,11 +323,11 @@ def _is_length(s: Symbol) -> bool:
 
 def _columns(
     whole: Motions, body: RigidBody | Particle, free_fall: Vector
-) -> Iterator[tuple[str, Expr, Vector, Vector | None]]:
+) -> Iterator[tuple[str, Expr, Vector, Vector]]:
     """For each parameter of a body its name, value, and the inertia force and torque about C per unit, with gravity subtracted."""
     center = body.parts()[0].mass_center
     falls = whole.acceleration(center) - free_fall
-    yield "m", body.mass, falls, None
+    yield "m", body.mass, falls, Vector()
     if not isinstance(body, RigidBody):
         return
     w, turn = whole.angular_velocity(body.frame), whole.angular_acceleration(body.frame)
@@ -339,15 +340,12 @@ def _columns(
         yield f"I_{letters}", of_body[i, j], Vector(), unit.dot(turn) + w.cross(unit.dot(w))
 
 
-def _generalized(whole: Motions, forces: Sequence[Any], torques: Sequence[Any]) -> list[Expr]:
-    """Σ ṽ_r·F + ω̃_r·T by independent speed."""
-    found = [list[Expr]() for _ in whole.speeds]
-    pairs = ((whole.partial_velocities, forces), (whole.partial_angular_velocities, torques))
-    for partials, (place, load) in ((of, pair) for of, loads in pairs for pair in loads):
-        own = whole.in_speeds(load)
-        for row, v in zip(found, partials(place).values(), strict=True):
-            row.append(v.dot(own))
-    return [reduce(add, row, ZERO) for row in found]
+def _generalized(whole: Motions, loads: Iterable[tuple[Iterable[Vector], Vector]]) -> list[Expr]:
+    """Σ ṽ_r·F + ω̃_r·T by independent speed, of pairs of partial velocities and the force or torque."""
+    found = [ZERO for _ in whole.speeds]
+    for partials, load in loads:
+        found = [add(e, v.dot(load)) for e, v in zip(found, partials, strict=True)]
+    return found
 
 
 _ROUNDS, _SHORT, _FEWER = 200, 1e-12, 10.0

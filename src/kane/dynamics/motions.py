@@ -125,7 +125,10 @@ class Motions(Immutable):
 
     def in_speeds(self, e: Any) -> Any:
         """An expression or vector with each rate q̇ written in speeds, and each q̈ in speeds and u̇."""
-        return e.map(self.in_speeds) if isinstance(e, Vector) else without_rates(self.derived, as_expr(e))
+        if isinstance(e, Vector):
+            found = iter(without_rates(self.derived, e.scalars()))
+            return e.map(lambda _: next(found))
+        return without_rates(self.derived, [as_expr(e)])[0]
 
     def _by_speed(self, vector: Callable[[Speed], Vector]) -> Partials:
         return MappingProxyType({u: _short(vector(u)) for u in self.speeds})

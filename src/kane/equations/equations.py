@@ -398,7 +398,7 @@ class Equations(Immutable):
 
     def in_speeds(self, e: Any) -> Expr:
         """The expression with each rate q̇ written in speeds, and each q̈ in speeds and u̇."""
-        return without_rates(self.derived, as_expr(e))
+        return without_rates(self.derived, [as_expr(e)])[0]
 
     def unit(self, e: Any) -> str:
         """The unit of an expression, such as "m/s^2"; "" if unknown. A speed declared without a unit has that of its definition."""

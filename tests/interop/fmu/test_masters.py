@@ -13,7 +13,7 @@ from tests.interop.fmu.units import STRICT, TIGHT, far, model, reference, writte
 from tests.peer import require
 from tests.program.programs import compiler
 
-SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZED = ("-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 @pytest.mark.slow

@@ -95,7 +95,7 @@ def test_random_programs(tmp_path_factory, target, case):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("target", [name for name in RUN if name not in QUICK])
-@examples(0.1)
+@examples(0.05)
 @given(cases())
 def test_random_programs_where_building_takes_long(tmp_path_factory, target, case):
     agree(tmp_path_factory, target, *case)

@@ -225,7 +225,7 @@ def gibbs_function(bodies: Sequence[Moving]) -> Expr:
 def inertia_forces_by_energy(derived: Derived) -> Exprs:
     """F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr, in speeds and u̇."""
     s = InRates(derived)
-    terms = [without_rates(derived, e) for e in s.lagrange_terms(s.declared_kinetic_energy)]
+    terms = without_rates(derived, s.lagrange_terms(s.declared_kinetic_energy))
     columns = zip(*(row[: len(derived.speeds)] for row in derived.W.rows), strict=True)
     return tuple(neg(dot(terms, column)) for column in columns)
 
@@ -278,7 +278,7 @@ def _projections(pairs: Iterable[tuple[Motion, Vector]], speeds: Sequence[Expr])
 def conjugate_momenta(derived: Derived) -> Exprs:
     """p_s = ∂K/∂q̇_s, one a coordinate, in speeds."""
     q_dot = tuple(map(rate, derived.system.coordinates))
-    return tuple(without_rates(derived, p) for p in gradient(InRates(derived).declared_kinetic_energy, q_dot))
+    return tuple(without_rates(derived, gradient(InRates(derived).declared_kinetic_energy, q_dot)))
 
 
 def central_angular_momentum(bodies: Sequence[Moving]) -> Vector:
@@ -343,7 +343,7 @@ def _values_if_constant(solved: Solved, value: Expr) -> Array | None:
     if is_constant_in_time([value]):
         return None
     derived = solved.derived
-    plain = without_rates(derived, value)
+    (plain,) = without_rates(derived, [value])
     by: dict[Expr, Expr] = {
         u: x for u, x in zip(derived.speeds, solved.speeds_by_independent, strict=True) if u is not x
     }
@@ -409,7 +409,7 @@ def _energies(solved: Solved, derived: Derived) -> Iterator[Integral]:
     )
     k, q_dot = InRates(derived).declared_kinetic_energy, tuple(map(rate, derived.system.coordinates))
     twice = sum_of(mul(r, p) for r, p in zip(q_dot, gradient(k, q_dot), strict=True))
-    hamiltonian = add(without_rates(derived, sub(twice, k)), v)
+    hamiltonian = add(without_rates(derived, [sub(twice, k)])[0], v)
     yield Integral(
         "Hamiltonian",
         hamiltonian,

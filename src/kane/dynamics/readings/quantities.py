@@ -128,12 +128,8 @@ def _named(derived: Derived, name: str) -> Symbol:
 _PLAIN = Coordinate | Speed | StateVariable | Parameter | Time
 
 
-def without_rates(derived: Derived, root: Expr) -> Expr:
-    """`root` with q̇ written in speeds and q̈ in u̇."""
-    return _without_rates(derived, [root])[0]
-
-
-def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
+def without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
+    """`roots` with q̇ written in speeds and q̈ in u̇."""
     second: dict[Expr, Expr] = {}
     for s in free_symbols(roots):
         of = s.place if isinstance(s, Rate) and input_of(s) is None else None
@@ -141,9 +137,11 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
             second[s] = derived.system.states[of]
         elif isinstance(of, QuasiRate) or (isinstance(of, Rate) and not isinstance(of.place, Speed | StateVariable)):
             second[s] = time_derivative(derived, of)
-    roots = list(map(substituting(second), roots)) if second else roots
-    forms: dict[Expr, Affine] = {}
-    return [derived.kinematical.in_speeds(e, forms) for e in roots]
+    roots = list(map(substituting(second), roots) if second else roots)
+    speeds, forms = derived.kinematical, dict[Expr, Affine]()
+    if {*speeds.rates, *speeds.euler_rates}.isdisjoint(free_symbols(roots)):
+        return roots
+    return [speeds.in_speeds(e, forms) for e in roots]
 
 
 def time_derivative(derived: Derived, e: Expr) -> Expr:
@@ -169,13 +167,13 @@ def time_derivative(derived: Derived, e: Expr) -> Expr:
             )
         return rates.get(leaf, ZERO)
 
-    return tangent(without_rates(derived, e), leaf_rate)
+    return tangent(without_rates(derived, [e])[0], leaf_rate)
 
 
 def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     """Functions of q, u, t, parameters and inputs: u̇ and reactions replaced by their solved values, auxiliary speeds by 0."""
     derived = solved.derived
-    plain = list(solved.written(_without_rates(solved.regular, roots)))
+    plain = list(solved.written(without_rates(solved.regular, roots)))
     if not any(isinstance(s, Rate | Reaction | AuxiliarySpeed) for s in free_symbols(plain)):
         return plain
     values: dict[Expr, Expr] = {rate(u): a for u, a in zip(derived.speeds, solved.accelerations, strict=True)}

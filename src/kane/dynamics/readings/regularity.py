@@ -119,15 +119,18 @@ def concerned(solved: Solved, roots: Sequence[Expr]) -> tuple[int, ...]:
     """The indices of expressions that contain solved values, if there are redundant constraints or no constraints."""
     if solved.embedding is not None and not solved.redundant:
         return ()
-    return tuple(k for k, root in enumerate(roots) if not solved.solved_for.isdisjoint(postorder([root])))
+    holding = set(solved.solved_for)
+    for e in postorder(roots):
+        if not holding.isdisjoint(e.args):
+            holding.add(e)
+    return tuple(k for k, root in enumerate(roots) if root in holding)
 
 
 def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr]) -> Sequence[Expr]:
     """The expressions `found`, one per root, NaN where redundant rows do not follow and the root depends on solved values."""
-    places = concerned(solved, roots)
-    if not places or solved.left_out is None:
+    if solved.left_out is None:
         return found
-    guard, _ = solved.left_out.guarding()
+    places, (guard, _) = concerned(solved, roots), solved.left_out.guarding()
     return [guard(x) if k in places else x for k, x in enumerate(found)]
 
 

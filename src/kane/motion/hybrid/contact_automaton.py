@@ -7,6 +7,7 @@ returns more specific codes and is called again.
 """
 
 from enum import IntEnum
+from functools import cache
 
 from kane.motion.hybrid.contact_events import (
     BEGINS,
@@ -74,6 +75,7 @@ class Record(IntEnum):
     MORE = 10
 
 
+@cache
 def automaton_kernel() -> Kernel:
     """The kernel of the hybrid automaton."""
     return _Automaton(Writer("contacts")).kernel()
