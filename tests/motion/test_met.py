@@ -89,13 +89,14 @@ class TestWithinAStep:
         """Where an event comes with the end, but for rounding: by the first motion, by the next ones, by many, and never later."""
         level = kn.parameter("level", 1.0)
         eom = line(None, [kn.Event("there", quantity - level, then={v: -v})])
+        alike = {"settings": kn.Settings(contract=False)} if method == "dop853" else {}  # lanes have the same bits
         for k in range(1, 40, 1 if FULL else 4):
             end = 0.1 * k / 3
-            given = {"q": [0], "u": [1], "parameters": {level: end}, "method": method, "samples": 3}
+            given = {"q": [0], "u": [1], "parameters": {level: end}, "method": method, "samples": 3, **alike}
             sols = [kn.simulate(eom, (0, end), **given) for _ in range(3)]
             assert len({(len(s.events), s.u[-1, 0], len(s)) for s in sols}) == 1
             assert {float(s.t[-1]) for s in sols} == {end}
-        if method == "tsit5":
+        if method == "dop853":
             require("xarray")
             given |= {"q": [0], "u": {v: np.ones(8)}, "lanes": True}
             assert set(kn.simulate_many(eom, (0, end), **given)["v"].values[:, -1]) == {sols[0].u[-1, 0]}
