@@ -256,6 +256,12 @@ def _options(text: str) -> dict[str, Any]:
     return _OPTIONS | {"opt": 1} if len(text) > _LONG else _OPTIONS
 
 
+@cache
+def _machine(on: Processor, **options: Any) -> Any:
+    """LLVM's code generator for a processor: making one takes longer than a short text."""
+    return _llvm().Target.from_triple(on.triple).create_target_machine(cpu=on.cpu, features=on.features, **options)
+
+
 def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
     """The object file of an LLVM module.
 
@@ -268,9 +274,7 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
         try:
             with llvm.parse_assembly(text, context) as module:
                 module.verify()
-                machine = llvm.Target.from_triple(on.triple).create_target_machine(
-                    cpu=on.cpu, features=on.features, **_options(text)
-                )
+                machine = _machine(on, **_options(text))
                 _transform(llvm, machine, module, _IMPROVEMENTS if loops else _INLINING, int(loops))
                 with _brief(llvm, text):
                     return bytes(machine.emit_object(module))
