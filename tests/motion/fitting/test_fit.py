@@ -293,7 +293,7 @@ def test_bodies_stay_possible_in_segments():
         assert abs(two.values[s] - value) < 1e-3 * one.errors[s]
 
 
-@pytest.mark.parametrize(("seed", "edge"), [(0, True), (3, False)])
+@pytest.mark.parametrize(("seed", "edge"), [(0, True), pytest.param(3, False, marks=pytest.mark.slow)])
 def test_bodies_stay_possible(seed, edge):
     """Noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; else little changes."""
     eom, data, (I1, I2, I3), given = turning_plate(seed)
