@@ -29,8 +29,8 @@ from kane.progress import collecting_seldom, working
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
 """On Linux the small code model: a module's constants are linked within reach of an offset; elsewhere their addresses are loaded."""
 _LONG = 200_000
-"""Length of a text from which on LLVM selects and schedules at level 1, and leaves loops without strength reduction: twice as fast, and
-the code is as fast."""
+"""Length of a text from which on LLVM selects and schedules at level 1, without strength reduction of loops: twice as fast, and the
+code is as fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,15 +284,15 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
 
 @contextmanager
 def _brief(llvm: Any, text: str) -> Iterator[None]:
-    """Within, a long text has no strength reduction; the option is one of the process, which others find reset: called under the lock."""
-    for_long = len(text) > _LONG
+    """No strength reduction of loops in a long text; an option of the process, which is reset before the lock is left."""
+    if len(text) <= _LONG:
+        yield
+        return
+    llvm.set_option("", "-disable-lsr=true")
     try:
-        if for_long:
-            llvm.set_option("", "-disable-lsr=true")
         yield
     finally:
-        if for_long:
-            llvm.set_option("", "-disable-lsr=false")
+        llvm.set_option("", "-disable-lsr=false")
 
 
 _INLINING = ["always_inliner"]
