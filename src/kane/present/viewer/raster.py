@@ -67,8 +67,7 @@ def write(shot: PictureView, place: Path) -> None:
             _video(pictures, place)
         else:
             own = list[Image.Image]()
-            for _, same in groupby(pictures, key=id):  # one that is shown for long is the same object
-                shown, *others = same
+            for _, (shown, *others) in groupby(pictures, key=id):  # one that is shown for long is the same object
                 own += [shown.quantize(128, dither=Image.Dither.NONE) if end == ".gif" else shown] * (1 + len(others))
             mark: dict[str, Any] = {"comment": _MARK} if end == ".gif" else {"xmp": _MARK}
             own[0].save(
