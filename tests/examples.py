@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A share of the profile's random examples, for tests whose examples take long."""
+"""A share of the profile's random examples, for tests whose examples take long, and what others repeat."""
+
+import os
 
 from hypothesis import HealthCheck, settings
+
+FULL = bool(os.environ.get("KANE_FULL"))
+"""Whether tests that are marked `grows` go through all that they may, not through a part."""
 
 
 def examples(share: float, least: int = 1, **more: object) -> settings:

@@ -216,7 +216,7 @@ def test_forces_that_do_not_fit_are_refused():
         r.possible(np.ones((3, 4)), np.ones(3))
 
 
-@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("order", [pytest.param(1, marks=pytest.mark.slow), -1])
 def test_base_parameters_do_not_depend_on_the_order_of_dependent_speeds(order):
     """In a parallelogram crank and rocker turn alike, and the coupler does not: motions tell the sum of two moments of inertia."""
     N = kn.Frame("N")

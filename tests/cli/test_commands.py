@@ -231,6 +231,14 @@ LONG = (
     "skidding_bicycle",
     "pure_rolling_disk",
     "andrews_squeezer",
+    "flexible_satellite",
+    "tippe_top",
+    "pool_ball",
+    "slider_crank_with_clearance",
+    "stacked_blocks",
+    "flexible_arm",
+    "flap_lag_blade",
+    "thrown_disk",
 )
 
 

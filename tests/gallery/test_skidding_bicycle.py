@@ -45,7 +45,7 @@ def brake(ends: Any) -> Rows:
 
 
 @pytest.mark.parametrize("modes", MODES, ids="-".join)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))])
 def test_accelerations_of_each_mode(modes: tuple[str, ...], seed: int) -> None:
     """M a = f + Bᵀ λ, J a = −J̇ v, where of a wheel that slips B is n − μ v/|v|, of one that rolls or a brake that holds J."""
     rng = np.random.default_rng([33, seed])

@@ -48,7 +48,9 @@ CLOSURES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", CLOSURES)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=pytest.mark.slow) if k in ("slider", "cylindrical") else k for k in CLOSURES]
+)
 def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
     """Their calls come back with what says which of several orientations is meant; what no call makes is refused."""
     N = kn.Frame("N")

@@ -101,8 +101,8 @@ def test_bounces_without_end_are_named(method, floor):
     ("start", "method"),
     [
         *((1e4, method) for method in ("dop853", "gauss16", "DOP853", "RK45")),
-        *((1e8, method) for method in ("gauss16", "DOP853")),
-        *(pytest.param(1e8, method, marks=pytest.mark.slow) for method in ("dop853", "RK45")),
+        (1e8, "gauss16"),
+        *(pytest.param(1e8, method, marks=pytest.mark.slow) for method in ("dop853", "DOP853", "RK45")),
     ],
 )
 def test_a_ball_bounces_at_any_time(start, method):

@@ -206,7 +206,7 @@ def test_constraints_far_from_the_origin_of_time_come_to_an_end(tmp_path):
     eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", holonomic=[loop]))
     text = emit_simulator(eom.compile(name="crank", contract=False), "dop853")
     text += LATER.replace("@NAME@", "crank").replace("@CAPS@", "CRANK")
-    program = compiled(tmp_path, "crank", text, "-O1", "-DCRANK_NO_MAIN")
+    program = compiled(tmp_path, "crank", text, "-O0", "-DCRANK_NO_MAIN")
     start = kn.assemble(eom, q={"a": 1.2, "x": 2 * np.cos(1.2)}, u={"u_a": 1.0})
     for begin in (0.0, 1e5, 3e5):
         given = [begin, begin + 1, *start.q.values(), *start.u.values()]

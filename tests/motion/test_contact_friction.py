@@ -77,9 +77,9 @@ def test_viscous_friction_in_space():
 
 TOLERANCES = [
     {"rtol": 1e-8, "atol": 1e-8},
-    {"rtol": 1e-9, "atol": 1e-6},
+    pytest.param({"rtol": 1e-9, "atol": 1e-6}, marks=pytest.mark.slow),
     {"rtol": 1e-9, "atol": 1e-4},
-    {"rtol": 1e-6, "atol": 1e-12},
+    pytest.param({"rtol": 1e-6, "atol": 1e-12}, marks=pytest.mark.slow),
 ]
 
 

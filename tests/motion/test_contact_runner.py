@@ -298,10 +298,23 @@ LIFTED = kn.where(kn.less(kn.time, 1.2), 0.0, kn.where(kn.less(kn.time, 1.5), 30
 SQUARE = 14 * kn.sign(kn.sin(2 * np.pi * kn.time))
 
 
+OPTIONS: list[dict[str, Any]] = [{}, {"breakpoints": [0.37, 1.7]}, {"first_step": 1e-4}, {"max_seconds": 1e3}]
+DRIVES = {
+    "step": (STEP, 0.0),
+    "pulse": (PULSE, 0.0),
+    "sine": (12 * kn.sin(3 * kn.time), LIFTED),
+    "square": (SQUARE, 0.0),
+}
+
+
 @pytest.mark.parametrize(
-    "more", [{}, {"breakpoints": [0.37, 1.7]}, {"first_step": 1e-4}, {"max_seconds": 1e3}], ids=str
+    ("inputs", "more"),
+    [
+        pytest.param(f, more, id=f"{name}-{more}", marks=pytest.mark.slow if more and name != "pulse" else ())
+        for name, f in DRIVES.items()
+        for more in OPTIONS
+    ],
 )
-@pytest.mark.parametrize("inputs", [(STEP, 0.0), (PULSE, 0.0), (12 * kn.sin(3 * kn.time), LIFTED), (SQUARE, 0.0)])
 def test_breakpoints_first_steps_and_clocks_are_the_kernels(inputs: Any, more: Any, decisions: list[str]) -> None:
     eom = pushed()
     options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "inputs": dict(zip("FH", inputs, strict=True)), "samples": 31}

@@ -179,8 +179,9 @@ def contact_positions(name, eom, count, rng):
 def test_contacts_of_the_gallery_are_those_of_simulate(name, rng):
     """From mode to mode, with impacts: events, modes and bits are those of kernels that know the modes."""
     eom = kn.derive(load(name).system())
-    run, same, asked = engine(eom, "dop853"), 0, 0
-    given = {"settings": EXACT, "method": "dop853", "rtol": 1e-9, "atol": 1e-9, "samples": 31}
+    method = "tsit5" if name == "mass_on_belt" else "dop853"
+    run, same, asked = engine(eom, method), 0, 0
+    given = {"settings": EXACT, "method": method, "rtol": 1e-9, "atol": 1e-9, "samples": 31}
     end = BRIEF.get(name, 1.0)
     for start in contact_positions(name, eom, POSITIONS, rng):
         with warnings.catch_warnings():

@@ -56,7 +56,7 @@ def forces(sol: kn.Solution, k: int = -1) -> tuple[Any, Any]:
     return np.array(n), np.array([[float(sol[f][k]) for f in c.friction_forces] for c in contacts])
 
 
-@pytest.mark.parametrize("points", [FEET, CORNERS, LINE, NEARLY])
+@pytest.mark.parametrize("points", [*(pytest.param(p, marks=pytest.mark.slow) for p in (FEET, LINE)), CORNERS, NEARLY])
 def test_what_stands_moves_exactly_zero(points: Any) -> None:
     sol = kn.simulate(box(points), (0, 1000), parameters={"slope": 0.2}, **REST)
     assert sol.status == "finished"

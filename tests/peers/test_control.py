@@ -8,10 +8,14 @@ from kane.gallery import pendulums
 from tests.peer import require
 from tests.systems import steady as systems
 
-control = require("control")
+
+@pytest.fixture
+def control():
+    """Imported when a test begins: with what it plots with it takes a second."""
+    return require("control")
 
 
-def test_state_space():
+def test_state_space(control):
     eom = systems.cart()
     linear = kn.linearize(eom, q=[0, 0], u=[0, 0], outputs={"angle": eom.coordinates[1]})
     made = linear.state_space()
@@ -23,6 +27,7 @@ def test_state_space():
     assert made(s) == pytest.approx(-1 / (M * l) / (s**2 + (M + m) * g / (M * l)), rel=1e-12)
 
 
+@pytest.mark.usefixtures("control")
 def test_vectors_among_outputs():
     """The signals of control have no `.` in their names."""
     system = pendulums.system(2)

@@ -318,11 +318,14 @@ def test_sizes_that_vanish_leave_a_mesh(kind, sizes, exact):
     assert volume(mesh) == pytest.approx(exact, rel=0.03, abs=1e-12)
 
 
-def test_a_motion_from_a_pickle_is_played_at_its_samples(tmp_path):
-    """Nothing can be run again: pictures show each sample as long as it is the nearest one."""
+def test_a_motion_from_a_pickle_is_played_at_its_samples(tmp_path, monkeypatch):
+    """Nothing can be run again: pictures show each sample as long as it is the nearest one, and each is made once."""
+    quantized, quantize = [], Image.Image.quantize
+    monkeypatch.setattr(Image.Image, "quantize", lambda *a, **more: quantized.append(a) or quantize(*a, **more))
     sol = pickle.loads(pickle.dumps(motion("pendulum")))
     made = kn.animate(sol, tmp_path / "a.gif")
     np.testing.assert_array_equal(made.courses[0].times, sol.t)
+    assert len(quantized) == len(sol.t)
     with Image.open(tmp_path / "a.gif") as picture:
         lasts = []
         for k in range(picture.n_frames):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -270,9 +272,14 @@ def driven(length, *events):
     return eom, r, (x, y, w, k)
 
 
-@pytest.mark.parametrize("length", [False, True])
-@pytest.mark.parametrize("event", [False, True])
-@pytest.mark.parametrize("method", ["forward", "adjoint"])
+@pytest.mark.parametrize(
+    ("method", "length", "event"),
+    [
+        *(("forward", *own) for own in product((False, True), repeat=2)),
+        *(("adjoint", own, own) for own in (False, True)),
+        *(pytest.param("adjoint", own, not own, marks=pytest.mark.slow) for own in (False, True)),
+    ],
+)
 def test_starts_on_constraints_that_inputs_drive(length, event, method):
     """The start follows a and om of r = a cos(om t) from its first instant on, and where an event sets a speed."""
     eom, r, (x, y, w, k) = driven(length, *[1] * event)

@@ -32,7 +32,14 @@ def test_without_noise_the_values_are_exact():
     np.testing.assert_allclose(again["x"], true["x"], atol=1e-7)
 
 
-@pytest.mark.parametrize(("length", "mass", "time"), [(1e-3, 1, 1), (1, 1e-3, 1), (1e3, 1e3, 1e3), (1e-6, 1e-9, 1e-3)])
+@pytest.mark.parametrize(
+    ("length", "mass", "time"),
+    [
+        (1e-3, 1, 1),
+        *(pytest.param(*own, marks=pytest.mark.slow) for own in ((1, 1e-3, 1), (1e3, 1e3, 1e3))),
+        (1e-6, 1e-9, 1e-3),
+    ],
+)
 def test_errors_in_other_units(length, mass, time):
     """A Duffing oscillator in metres, kilograms and seconds, and in others: the same values and standard errors."""
 
@@ -286,7 +293,7 @@ def test_bodies_stay_possible_in_segments():
         assert abs(two.values[s] - value) < 1e-3 * one.errors[s]
 
 
-@pytest.mark.parametrize(("seed", "edge"), [(0, True), (3, False)])
+@pytest.mark.parametrize(("seed", "edge"), [(0, True), pytest.param(3, False, marks=pytest.mark.slow)])
 def test_bodies_stay_possible(seed, edge):
     """Noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; else little changes."""
     eom, data, (I1, I2, I3), given = turning_plate(seed)

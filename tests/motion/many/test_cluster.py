@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from tests.examples import FULL
 from tests.motion.many import runs
 from tests.peer import require
 
@@ -27,7 +28,7 @@ def undisturbed():
 
 @pytest.fixture(scope="module")
 def client():
-    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    options = {"n_workers": 2 if FULL else 1, "threads_per_worker": 1, "dashboard_address": None}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         yield client
 
@@ -37,8 +38,9 @@ def test_in_memory(client, undisturbed):
     xarray.testing.assert_identical(runs.run(client=client, chunk=100), undisturbed)
 
 
+@pytest.mark.grows
 def test_in_a_store(client, undisturbed, tmp_path):
-    """Both workers write, and what is there is not run again."""
+    """All workers write, and what is there is not run again."""
     path = tmp_path / "runs.zarr"
     runs.same(runs.run(path, client=client), undisturbed)
     for k in (3, 5):

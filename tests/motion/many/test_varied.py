@@ -65,7 +65,17 @@ def test_across_events():
     eom, (y, v, c, g, _) = ball()
     by, heights = [y, g], [0.6, 1.0]
     runs = kn.simulate_many(
-        eom, (0, 1.9), q={y: heights}, u=[0.2], by=by, samples=4, lanes=True, reduce={"v": "last"}, **TIGHT
+        eom,
+        (0, 1.9),
+        q={y: heights},
+        u=[0.2],
+        by=by,
+        samples=4,
+        lanes=True,
+        reduce={"v": "last"},
+        method="dop853",
+        settings=kn.Settings(contract=False),
+        **TIGHT,
     )
     assert runs["v_by"].dims == ("instance", "by")
     for k, height in enumerate(heights):

@@ -15,7 +15,18 @@ import kane as kn
 from kane import Handle, Settings
 from kane.errors import KaneWarning, ProgramError
 from kane.gallery.pendulums import system as chain
-from kane.program import Library, Processor, compile_text, emit_llvm, machine, object_code, store, target
+from kane.motion import INTEGRATORS
+from kane.program import (
+    CompiledKernel,
+    Library,
+    Processor,
+    compile_text,
+    emit_llvm,
+    machine,
+    object_code,
+    store,
+    target,
+)
 from tests.program.child import child
 
 SQUARE = """
@@ -155,6 +166,17 @@ class TestObject:
         with pytest.raises(ProgramError, match=f"Expected text that LLVM reads .*(?s:.)*{message}"):
             object_code(text, target())
         assert number(compile_text(SQUARE, target(), ["f"]), 3.0) == 9.0
+
+    def test_what_a_long_text_goes_without_is_there_for_the_next(self, monkeypatch):
+        """Strength reduction of loops: LLVM knows it only as an option of the process."""
+        made = []
+        monkeypatch.setattr(machine, "object_code", lambda *given: made.append(object_code(*given)) or made[-1])
+        for long in (10**9, 0, 10**9):
+            monkeypatch.setattr(machine, "_LONG", long)
+            CompiledKernel(INTEGRATORS["rk4"].kernel(), Settings(cache=False))
+        usual, brief, again = made
+        assert len(brief) < len(usual)
+        assert again == usual
 
     def test_unknown_triple(self):
         with pytest.raises(ProgramError, match="no-such"):

@@ -69,6 +69,8 @@ def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:
         return package.MjModel.from_binary_path(str(binary)), root
 
 
+_UNSEEN = {"MUJOCO_GL": "disable"}
+"""No library for windows, whose import takes as long as that of MuJoCo."""
 _WEEK = 604800.0
 """Maximum timeout in seconds; operating systems do not accept much longer ones."""
 
@@ -79,7 +81,7 @@ def _run(path: Path, binary: Path, timeout: float, name: str) -> None:
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=timeout, check=False,
-            cwd=binary.parent, env={k: v for k, v in os.environ.items() if not k.startswith("MUJOCO")},
+            cwd=binary.parent, env={k: v for k, v in os.environ.items() if not k.startswith("MUJOCO")} | _UNSEEN,
         )  # fmt: skip
     except subprocess.TimeoutExpired as late:
         cure = "Give a longer timeout=, or a smaller model."

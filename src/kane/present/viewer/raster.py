@@ -65,7 +65,9 @@ def write(shot: PictureView, place: Path) -> None:
         elif end == ".mp4":
             _video(pictures, place)
         else:
-            own = [p.quantize(128, dither=Image.Dither.NONE) if end == ".gif" else p for p in pictures]
+            own = list[Image.Image]()
+            for _, (shown, *others) in groupby(pictures, key=id):  # one that is shown for long is the same object
+                own += [shown.quantize(128, dither=Image.Dither.NONE) if end == ".gif" else shown] * (1 + len(others))
             mark: dict[str, Any] = {"comment": _MARK} if end == ".gif" else {"xmp": _MARK}
             own[0].save(
                 place, save_all=True, append_images=own[1:], duration=1000 // _RATE, loop=0, optimize=True, **mark

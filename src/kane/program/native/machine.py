@@ -29,7 +29,8 @@ from kane.progress import collecting_seldom, working
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
 """On Linux the small code model: a module's constants are linked within reach of an offset; elsewhere their addresses are loaded."""
 _LONG = 200_000
-"""Length of a text from which on LLVM selects and schedules at level 1: a third faster, and the code is as fast."""
+"""Length of a text from which on LLVM selects and schedules at level 1, without strength reduction of loops: twice as fast, and the
+code is as fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,6 +256,12 @@ def _options(text: str) -> dict[str, Any]:
     return _OPTIONS | {"opt": 1} if len(text) > _LONG else _OPTIONS
 
 
+@cache
+def _machine(on: Processor, **options: Any) -> Any:
+    """LLVM's code generator for a processor: making one takes longer than a short text."""
+    return _llvm().Target.from_triple(on.triple).create_target_machine(cpu=on.cpu, features=on.features, **options)
+
+
 def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
     """The object file of an LLVM module.
 
@@ -267,13 +274,25 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
         try:
             with llvm.parse_assembly(text, context) as module:
                 module.verify()
-                machine = llvm.Target.from_triple(on.triple).create_target_machine(
-                    cpu=on.cpu, features=on.features, **_options(text)
-                )
+                machine = _machine(on, **_options(text))
                 _transform(llvm, machine, module, _IMPROVEMENTS if loops else _INLINING, int(loops))
-                return bytes(machine.emit_object(module))
+                with _brief(llvm, text):
+                    return bytes(machine.emit_object(module))
         except RuntimeError as error:
             raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
+
+
+@contextmanager
+def _brief(llvm: Any, text: str) -> Iterator[None]:
+    """No strength reduction of loops in a long text; an option of the process, which is reset before the lock is left."""
+    if len(text) <= _LONG:
+        yield
+        return
+    llvm.set_option("", "-disable-lsr=true")
+    try:
+        yield
+    finally:
+        llvm.set_option("", "-disable-lsr=false")
 
 
 _INLINING = ["always_inliner"]
