@@ -322,6 +322,31 @@ def test_a_rocking_block_loses_speed_by_housners_ratio() -> None:
     assert sol.energy_check.drift < 1e-10
 
 
+@pytest.mark.parametrize(
+    ("rtol", "atol", "method"), [(1e-8, 1e-16, "tsit5"), (1e-10, 1e-30, "dop853"), (1e-8, 1e-16, "RK45")]
+)
+def test_a_corner_that_is_thrown_off_strikes_next_when_the_other_has_fallen(
+    rtol: float, atol: float, method: str
+) -> None:
+    """The corners strike in turn: one whose gap is below zero by the error of the tilt, as the other strikes, does not strike anew."""
+    sol = motion(rocking_block, 4, rtol=rtol, atol=atol, method=method)
+    times = np.array([t for _, t in sol.events])
+    assert [e.name for e, _ in sol.events] == ["left closes", "right closes"] * 3
+    drop, ratio = np.cos(0.1) - np.cos(0.2), 1 - 1.5 * np.sin(0.2) ** 2
+    for k, (a, b) in enumerate(
+        pairwise([-times[0], *times])
+    ):  # up from ω and down again: (2/3) R ω² = 2 g (cos(α − φ) − cos α)
+        energy = drop * ratio ** (2 * k)
+        top = 0.2 - np.arccos(np.cos(0.2) + energy)
+        half, _ = quad(
+            lambda s, top=top: 2 * s / np.sqrt(1.5 * g * (np.cos(0.2 - top) - np.cos(0.2 - top + s * s))),
+            0,
+            np.sqrt(top),
+            epsabs=1e-13,
+        )
+        assert b - a == pytest.approx(2 * half, abs=1e-6)
+
+
 def ball_thrown(sol: kn.Solution, v: Any, w: Any, mu: float, R: float) -> None:
     """Its slip v + R n × ω keeps its direction d: v falls by μ g along d until t = 2 |v_s|/(7 μ g)."""
     slip = np.array([v[0] - R * w[1], v[1] + R * w[0]])
