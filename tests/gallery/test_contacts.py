@@ -241,6 +241,17 @@ def test_a_shaken_block_sticks_exactly() -> None:
     np.testing.assert_allclose(sol[floor.friction_forces[0]], friction, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("scale", [1e4, 1e6])
+def test_a_slowly_shaken_block_keeps_its_energy(scale: float) -> None:
+    """Its energies are below atol in J: ∫P dt along the motion has errors of their size, which are no errors of the motion."""
+    sol = motion(shaken_block, 3 * scale, parameters={"w": 10 / scale, "g": g / scale**2})
+    assert not sol.states.any()
+    assert sol.energy.max() < 1e-8
+    assert sol.energy_check.relative < 1e-6
+    with pytest.warns(kn.KaneWarning, match="∫P dt, whose errors may be atol = 1e-09 J a step"):
+        motion(shaken_block, 1000 * scale, parameters={"w": 10 / scale, "g": g / scale**2})
+
+
 def test_a_shaken_block_slips_as_it_must() -> None:
     """Slips by their closed forms: a slip ends where its speed vanishes, a stick where its friction does not suffice."""
     A, w, slope, mu, end = 0.06, 10.0, 0.2, 0.4, 3.0
