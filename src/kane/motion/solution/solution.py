@@ -364,7 +364,7 @@ class Solution(Attributes):
     def energy_check(self) -> EnergyCheck:
         """The energy balance: how constant E − ∫P dt is along the motion; see EnergyCheck.
 
-        ∫P dt, integrated with the state, has errors up to `atol` in J a step, but no larger than ∫|P| dt; they may exceed all energies.
+        ∫P dt, integrated with the state, has errors up to `atol` in J a step, at most ∫|P| dt; they may exceed all energies.
         If they may be why the balance does not hold, it is that with the integral of P between samples, by cubic splines, where this
         is more constant.
         """
