@@ -414,26 +414,30 @@ def test_an_exception_that_an_input_raises_once_ends_the_motion(error: Any, peri
     assert raised
 
 
-def test_no_event_is_located_after_an_exception() -> None:
-    """A force that does not move the block, as it sticks from 1.09 s on, still determines when it slips, at 1.27 s."""
-    eom, raised = pushed(), list[float]()
+def test_a_motion_ends_at_the_step_before_an_exception() -> None:
+    """A force that does not move the block, as it sticks up to 0.09 s and from 1.09 s on, still determines when it slips."""
+    eom = pushed()
 
-    def once(t: float, x: Any) -> float:
-        if t > 1.15 and not raised:
-            raised.append(t)
-            raise Interrupted
-        return pulled(t, x)
+    def motion(last: float) -> tuple[kn.Solution, float]:
+        times = list[float]()
 
-    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "samples": 31, **TIGHT}
-    sol, whole = (
-        kn.simulate(eom, (0, 3), inputs={"F": f, "H": 25 * kn.sin(5 * kn.time)}, **options)
-        for f in (once, lambda t, x: pulled(t, x))
-    )
-    assert 1.09 < sol.t[-1] <= raised[0]
-    assert sol.status == "stopped"
-    names, times = zip(*((e.name, t) for e, t in whole.events if t <= sol.t[-1] + 1e-9), strict=True)
-    assert tuple(e.name for e, _ in sol.events) == names
-    np.testing.assert_allclose([t for _, t in sol.events], times, rtol=0, atol=1e-9)
+        def force(t: float, x: Any) -> float:
+            times.append(t)
+            if len(times) == last:
+                raise Interrupted
+            return pulled(t, x)
+
+        inputs = {"F": force, "H": 25 * kn.sin(5 * kn.time)}
+        return kn.simulate(eom, (0, 1.2), q=[0, 0], u=[0, 0], inputs=inputs, samples=13), times[-1]
+
+    whole, _ = motion(math.inf)
+    for last in (*range(150, 170), *range(700, 1100, 7)):
+        sol, t = motion(last)
+        assert sol.status == "stopped"
+        assert sol.t[-1] <= t + 1e-9
+        expected = [(e.name, t) for e, t in whole.events if t <= sol.t[-1] + 1e-9]
+        assert [e.name for e, _ in sol.events] == [name for name, _ in expected], last
+        np.testing.assert_allclose([t for _, t in sol.events], [t for _, t in expected], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("method", ["auto", "radau9", "RK45"])
