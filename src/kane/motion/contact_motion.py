@@ -375,10 +375,7 @@ class ContactMotion:
             return []
         found, d = now.choice.solution, self.layout.d
         pairs = zip(now.closed, found.forces[::d], found.force_errors[::d], strict=True)
-        shared = {i for stand in stands(self.contacts, now.modes) for i in stand.members}
-        return [
-            i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error and i not in shared
-        ]
+        return [i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error]
 
     def goes_on(self, piece: Solution) -> None:
         """Takes over the parameters and inputs after a piece of the motion, which events may have changed."""
@@ -410,8 +407,7 @@ class ContactMotion:
                 self.slack[n] = max(-touch.numbers.gaps[n], 0.0) if touch.gap_rates[n] > 0 else 0.0
             x, closed, begins = self.hit(t, x, thrown := closed | hits)
             touch = self.touch(t, x)
-            x, sliding = self._consistent(t, x, closed, self._still(touch, closed, self.none))
-            touch = self.touch(t, x)
+            x, touch, sliding = self._consistent(t, x, touch, closed, self._still(touch, closed, self.none))
         else:
             sliding = self._still(touch, slides, now.directions)
             if kind == "sticks":
@@ -436,8 +432,7 @@ class ContactMotion:
         if begun and not stand and (under_way := self._under_way(touch, x, decided, begun)):
             return *under_way, t
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
-            x, sliding = self._consistent(t, x, closed, sliding)
-            touch = self.touch(t, x)
+            x, touch, sliding = self._consistent(t, x, touch, closed, sliding)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
         # a slip that has turned before its end continues: from rest, along its acceleration
@@ -449,8 +444,10 @@ class ContactMotion:
         self._opens(touch, closed, thrown, decided.modes)
         return x, replace(decided, hits=frozenset(hits)), begins
 
-    def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
-        """The state without any slip of contacts that are not `sliding`, and the directions of slip of the others in this state.
+    def _consistent(
+        self, t: float, x: Array, touch: ContactsAtState, closed: set[int], sliding: Array
+    ) -> tuple[Array, ContactsAtState, Array]:
+        """The state without any slip of contacts that are not `sliding`, its contacts, and the directions of slip of the others there.
 
         Residual slip of other contacts would change the direction of a slip that is barely above rounding.
         """
@@ -459,10 +456,11 @@ class ContactMotion:
             stuck = [i for i in closed - slides if self.contacts[i].slips]
             if not stuck or not slides:
                 break
-            touch, x = self.touch(t, x), x.copy()
+            x = x.copy()
             x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
-            sliding = self._still(self.touch(t, x), slides, self.none)
-        return x, sliding
+            touch = self.touch(t, x)
+            sliding = self._still(touch, slides, self.none)
+        return x, touch, sliding
 
     def _brought_to_rest(
         self, t: float, x: Array, touch: ContactsAtState, closed: set[int], back: set[int], sliding: Array
