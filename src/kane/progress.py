@@ -170,16 +170,28 @@ class Interrupted(BaseException):
 def noted() -> Iterator[None]:
     """Within, the first Ctrl-C is noted; unless the program has a handler of its own, or an outer motion notes it."""
     plain = threading.current_thread() is threading.main_thread()
-    if not plain or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    mine = plain and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if mine:
+        _here.noted = _here.heeded = False
+        signal.signal(signal.SIGINT, _note)
+    try:
         yield
-        return
-    _here.noted = _here.heeded = False
-    signal.signal(signal.SIGINT, _note)
+    except Interrupted:  # before the first step
+        raise KeyboardInterrupt from None
+    finally:
+        if mine:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            _here.noted = False
+
+
+@contextmanager
+def in_time(late: Callable[[], object]) -> Iterator[None]:
+    """Within, a motion is to end, too, once it is `late`."""
+    before, _here.late, _here.heeded = getattr(_here, "late", bool), late, False
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        _here.noted = False
+        _here.late = before
 
 
 def _note(number: int, frame: Any) -> None:
@@ -196,7 +208,7 @@ def is_noted() -> bool:
 
 def heed() -> None:
     """An `Interrupted` if the motion is to end; once, as functions are asked for its last state after that."""
-    if is_noted() and not _here.heeded:
+    if (is_noted() or getattr(_here, "late", bool)()) and not _here.heeded:
         _here.heeded = True
         raise Interrupted
 

@@ -241,6 +241,17 @@ def test_a_shaken_block_sticks_exactly() -> None:
     np.testing.assert_allclose(sol[floor.friction_forces[0]], friction, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("scale", [1e4, 1e6])
+def test_a_slowly_shaken_block_keeps_its_energy(scale: float) -> None:
+    """Its energies are below atol in J: ∫P dt along the motion has errors of their size, which are no errors of the motion."""
+    sol = motion(shaken_block, 3 * scale, parameters={"w": 10 / scale, "g": g / scale**2})
+    assert not sol.states.any()
+    assert sol.energy.max() < 1e-8
+    assert sol.energy_check.relative < 1e-6
+    with pytest.warns(kn.KaneWarning, match="∫P dt, whose errors may be atol = 1e-09 J a step"):
+        motion(shaken_block, 1000 * scale, parameters={"w": 10 / scale, "g": g / scale**2})
+
+
 def test_a_shaken_block_slips_as_it_must() -> None:
     """Slips by their closed forms: a slip ends where its speed vanishes, a stick where its friction does not suffice."""
     A, w, slope, mu, end = 0.06, 10.0, 0.2, 0.4, 3.0
@@ -320,6 +331,31 @@ def test_a_rocking_block_loses_speed_by_housners_ratio() -> None:
     np.testing.assert_allclose(speeds, expected, rtol=1e-9)
     np.testing.assert_allclose([j.energy for j in sol.jumps], -(2 / 3) * expected**2 * (1 - ratio**2), rtol=1e-9)
     assert sol.energy_check.drift < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("rtol", "atol", "method"), [(1e-8, 1e-16, "tsit5"), (1e-10, 1e-30, "dop853"), (1e-8, 1e-16, "RK45")]
+)
+def test_a_corner_that_is_thrown_off_strikes_next_when_the_other_has_fallen(
+    rtol: float, atol: float, method: str
+) -> None:
+    """The corners strike in turn: one whose gap is below zero by the error of the tilt, as the other strikes, does not strike anew."""
+    sol = motion(rocking_block, 4, rtol=rtol, atol=atol, method=method)
+    times = np.array([t for _, t in sol.events])
+    assert [e.name for e, _ in sol.events] == ["left closes", "right closes"] * 3
+    drop, ratio = np.cos(0.1) - np.cos(0.2), 1 - 1.5 * np.sin(0.2) ** 2
+    for k, (a, b) in enumerate(
+        pairwise([-times[0], *times])
+    ):  # up from ω and down again: (2/3) R ω² = 2 g (cos(α − φ) − cos α)
+        energy = drop * ratio ** (2 * k)
+        top = 0.2 - np.arccos(np.cos(0.2) + energy)
+        half, _ = quad(
+            lambda s, top=top: 2 * s / np.sqrt(1.5 * g * (np.cos(0.2 - top) - np.cos(0.2 - top + s * s))),
+            0,
+            np.sqrt(top),
+            epsabs=1e-13,
+        )
+        assert b - a == pytest.approx(2 * half, abs=1e-6)
 
 
 def ball_thrown(sol: kn.Solution, v: Any, w: Any, mu: float, R: float) -> None:

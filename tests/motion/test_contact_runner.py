@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import time
 import warnings
 from typing import Any
 
@@ -438,6 +439,59 @@ def test_an_exception_that_an_input_raises_once_ends_the_motion(error: Any, peri
             assert "TimeoutError" in sol.message
             assert 1 < sol.t[-1] < 1.7
     assert raised
+
+
+def test_a_motion_ends_at_the_step_before_an_exception() -> None:
+    """A force that does not move the block, as it sticks up to 0.09 s and from 1.09 s on, still determines when it slips."""
+    eom = pushed()
+
+    def motion(last: float) -> tuple[kn.Solution, float]:
+        times = list[float]()
+
+        def force(t: float, x: Any) -> float:
+            times.append(t)
+            if len(times) == last:
+                raise Interrupted
+            return pulled(t, x)
+
+        inputs = {"F": force, "H": 25 * kn.sin(5 * kn.time)}
+        return kn.simulate(eom, (0, 1.2), q=[0, 0], u=[0, 0], inputs=inputs, samples=13), times[-1]
+
+    whole, _ = motion(math.inf)
+    for last in (*range(150, 170), *range(700, 1100, 7)):
+        sol, t = motion(last)
+        assert sol.status == "stopped"
+        assert sol.t[-1] <= t + 1e-9
+        expected = [(e.name, t) for e, t in whole.events if t <= sol.t[-1] + 1e-9]
+        assert [e.name for e, _ in sol.events] == [name for name, _ in expected], last
+        np.testing.assert_allclose([t for _, t in sol.events], [t for _, t in expected], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["auto", "radau9", "RK45"])
+@pytest.mark.parametrize("slowly", [0.3, 1.7])
+def test_a_slow_function_is_not_called_again_after_max_seconds(method: str, slowly: float) -> None:
+    """Nor without contacts, while the floor is far below. Where the function is slow from t = 0.3 s on, that is the first mode."""
+    eom, limit = pushed(), 0.3
+    calls = list[float]()
+
+    def force(t: float, x: Any) -> float:
+        calls.append(time.monotonic())
+        if t > slowly:
+            time.sleep(0.05)
+        return pulled(t, x)
+
+    options: dict[str, Any] = {"inputs": {"F": force, "H": 25 * kn.sin(5 * kn.time)}, "samples": 31, "method": method}
+    kn.simulate(eom, (0, 0.1 * slowly), q=[0, 0], u=[0, 0], **options)  # what is compiled
+    for y in (0.0, 100.0):
+        kn.simulate(eom, (0, slowly), q=[0, y], u=[0, 0], **options)
+        calls.clear()
+        begun = time.monotonic()
+        sol = kn.simulate(eom, (0, 3), q=[0, y], u=[0, 0], max_seconds=limit, **options)
+        assert sol.message == f"max_seconds=0.3 have passed; at t = {sol.t[-1]:.6g}"
+        assert sol.t[-1] < slowly + 1
+        assert calls[-1] - begun < limit + 0.5
+        again = kn.simulate(eom, (0, float(sol.t[-1])), q=[0, y], u=[0, 0], **options).states[-1]
+        np.testing.assert_allclose(sol.states[-1], again, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize(

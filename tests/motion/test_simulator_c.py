@@ -101,6 +101,9 @@ def test_what_a_program_cannot_look_after_is_refused():
 
     told = refused(line(-kn.table([-1, 0], [1, 2], "steps")(x)))
     assert "jump by tables of steps, or jump in equations with choices of pivots. Emit only the equations" in told
+    for name in ("rtol", "atol", "max_step"):
+        told = refused(line(-k * x + kn.parameter(name, 1.0)))
+        assert f"the program's settings, rtol, atol, max_step, got {name!r} of the system" in told
     told = refused(line(-k * x, events=[kn.Event("down", x, then=lambda **now: {v: 0.0})]))
     assert "the event 'down' needs decisions that numbers alone do not determine" in told
     for kept in (load("four_bar").system(), line(-x, events=[kn.Event("down", x)])):

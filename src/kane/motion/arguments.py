@@ -65,21 +65,63 @@ def by_kind(eom: Equations) -> dict[str, Array | int]:
     return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
 
 
+class Hooks:
+    """The callbacks of the kernels of a motion, which work on s (slots) and y (state).
+
+    After an exception in one of them no function is called any more. As kernels run on where its answer does not enter the rates, they
+    are told that all steps are taken, and `left` undoes what follows the last step before.
+    """
+
+    def __init__(self, s: Array, y: Array) -> None:
+        self.s, self.y = s, y
+        self.every: list[Hook] = []
+        self._left: tuple[BaseException, Array, Array] | None = None
+
+    def add(self, function: Callable[[float, int, int], None]) -> Hook:
+        """A callback for kernels."""
+
+        def call(t: float, x: int, out: int) -> None:
+            try:
+                if self._left is None:
+                    function(t, x, out)
+            except BaseException as error:
+                self._left = error, self.s.copy(), self.y.copy()
+                self.s[Slot.STEPS] = np.inf
+
+        self.every.append(Hook(call))
+        return self.every[-1]
+
+    def left(self) -> BaseException | None:
+        """The exception that has occurred since the last call, if any; s and y are then those after the last step before it."""
+        if self._left is None:
+            return None
+        error, self.s[:], self.y[:] = self._left
+        self._left = None
+        return error
+
+
 class Arguments:
     """The kernel's arguments by name, `given`, and the `hooks`, callbacks by which the kernel evaluates inputs in Python.
 
     `now` are the equations to integrate from time t. The kernel reads and writes s (slots), y (state) and `lag` (rounding error of y).
-    `fresh` are events at whose thresholds the motion begins. `self.now.p` is the kernel's own array, with the sides of switches.
-    `driving` is the routine of inputs that are expressions, if any.
+    `fresh` are events at whose thresholds the motion begins, `hooks` those of other kernels of the motion, too. `self.now.p` is the
+    kernel's own array, with the sides of switches. `driving` is the routine of inputs that are expressions, if any.
     """
 
     def __init__(
-        self, name: str, now: Routines, t: float, s: Array, y: Array, fresh: Fresh = MappingProxyType({})
+        self,
+        name: str,
+        now: Routines,
+        t: float,
+        s: Array,
+        y: Array,
+        fresh: Fresh = MappingProxyType({}),
+        hooks: Hooks | None = None,
     ) -> None:
         p = np.append(now.p, [*now.numbers, 0.0])  # the last entry is the number of the choice of dependent speeds
         now = replace(now, p=p[: len(now.p)])
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
-        self.hooks: list[Hook] = []
+        self.hooks = hooks or Hooks(s, y)
         self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
         self.law = law_of(now.laid, now.eom.inputs)
         self.driving: CompiledRoutine | None = None
@@ -151,7 +193,7 @@ class Arguments:
                 own[:] = np.nan
                 raise
 
-        return self.hooked(drive)
+        return self.hooks.add(drive)
 
     def _slopes(self) -> Hook:
         """A callback that evaluates J in Python, for inputs that are Python functions of the state."""
@@ -162,15 +204,10 @@ class Arguments:
             found[:] = 0.0
             found[:] = j(min(t, float(s[Slot.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
 
-        return self.hooked(slopes)
-
-    def hooked(self, function: Callable[[float, int, int], None]) -> Hook:
-        """A callback for kernels; an exception raised in it is stored for `check`."""
-        self.hooks.append(Hook(function))
-        return self.hooks[-1]
+        return self.hooks.add(slopes)
 
     def check(self) -> None:
         """Raises the exception that occurred in a callback, if any."""
-        for hook in self.hooks:
-            if hook.raised is not None:
-                raise hook.raised
+        error = self.hooks.left()
+        if error is not None:
+            raise error

@@ -51,7 +51,7 @@ from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME, SIX_DIGITS
-from kane.progress import MESSAGE, Interrupted, collecting_seldom
+from kane.progress import Interrupted, collecting_seldom, in_time, is_noted
 
 _MODES = 10_000_000
 _LAWS: dict[str, dict[str, Any]] = {
@@ -375,10 +375,7 @@ class ContactMotion:
             return []
         found, d = now.choice.solution, self.layout.d
         pairs = zip(now.closed, found.forces[::d], found.force_errors[::d], strict=True)
-        shared = {i for stand in stands(self.contacts, now.modes) for i in stand.members}
-        return [
-            i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error and i not in shared
-        ]
+        return [i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error]
 
     def goes_on(self, piece: Solution) -> None:
         """Takes over the parameters and inputs after a piece of the motion, which events may have changed."""
@@ -410,8 +407,7 @@ class ContactMotion:
                 self.slack[n] = max(-touch.numbers.gaps[n], 0.0) if touch.gap_rates[n] > 0 else 0.0
             x, closed, begins = self.hit(t, x, thrown := closed | hits)
             touch = self.touch(t, x)
-            x, sliding = self._consistent(t, x, closed, self._still(touch, closed, self.none))
-            touch = self.touch(t, x)
+            x, touch, sliding = self._consistent(t, x, touch, closed, self._still(touch, closed, self.none))
         else:
             sliding = self._still(touch, slides, now.directions)
             if kind == "sticks":
@@ -436,8 +432,7 @@ class ContactMotion:
         if begun and not stand and (under_way := self._under_way(touch, x, decided, begun)):
             return *under_way, t
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
-            x, sliding = self._consistent(t, x, closed, sliding)
-            touch = self.touch(t, x)
+            x, touch, sliding = self._consistent(t, x, touch, closed, sliding)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
         # a slip that has turned before its end continues: from rest, along its acceleration
@@ -449,8 +444,10 @@ class ContactMotion:
         self._opens(touch, closed, thrown, decided.modes)
         return x, replace(decided, hits=frozenset(hits)), begins
 
-    def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
-        """The state without any slip of contacts that are not `sliding`, and the directions of slip of the others in this state.
+    def _consistent(
+        self, t: float, x: Array, touch: ContactsAtState, closed: set[int], sliding: Array
+    ) -> tuple[Array, ContactsAtState, Array]:
+        """The state without any slip of contacts that are not `sliding`, its contacts, and the directions of slip of the others there.
 
         Residual slip of other contacts would change the direction of a slip that is barely above rounding.
         """
@@ -459,10 +456,11 @@ class ContactMotion:
             stuck = [i for i in closed - slides if self.contacts[i].slips]
             if not stuck or not slides:
                 break
-            touch, x = self.touch(t, x), x.copy()
+            x = x.copy()
             x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
-            sliding = self._still(self.touch(t, x), slides, self.none)
-        return x, sliding
+            touch = self.touch(t, x)
+            sliding = self._still(touch, slides, self.none)
+        return x, touch, sliding
 
     def _brought_to_rest(
         self, t: float, x: Array, touch: ContactsAtState, closed: set[int], back: set[int], sliding: Array
@@ -667,10 +665,8 @@ def run_with_contacts(
     x = admitted_start(stepper, begin, given[0], span[0])[:-1]
     way = _ContactCourse(at, span, (options, bounds, times), (span[0], x, begin.work), begin.fresh)
     try:
-        with collecting_seldom():  # each mode keeps a few objects
+        with collecting_seldom(), in_time(way.late):  # each mode keeps a few objects
             return _to_its_end(way, eom, given)
-    except Interrupted:
-        raise KeyboardInterrupt from None
     finally:
         way.ends()
 
@@ -701,10 +697,10 @@ def _to_its_end(
         except Interrupted:  # before the first step of a mode
             if not way.pieces:
                 raise
-            return ended(status="stopped", event=None, message=f"{MESSAGE}{float(way.pieces[-1].t[-1]):.6g}")
+            return ended(status="stopped", event=None, message=way.pace.why(float(way.pieces[-1].t[-1])))
         if way.t >= end:
             return ended(status="finished", event=None, message=f"reached t = {end:g}")
-        if late := way.pace.late(way.t):
+        if late := way.late():
             return ended(status="stopped", event=None, message=late)
 
 
@@ -742,16 +738,19 @@ class _ContactCourse:
             own = result.arrays[name]
             own[:] = getattr(at, name)
             setattr(at, name, own)
-        result.late = lambda: self.pace.late(self.t)
+        result.late = self.late
         return result
 
     def begins(self) -> None:
         """Decides the modes at the start, in the kernel if it can."""
         at, start = self.at, (self.t, self.x, self.work)
-        if not self.fresh:
-            self.went = self.runner.start(start, self._first)
+        try:
+            self.went = None if self.fresh else self.runner.start(start, self._first)
             if self.went is None:
                 self.runner.check()
+        except Interrupted:  # before the first step; of a limit of time Python makes a motion that ends at its start
+            if is_noted() or not self.late():
+                raise
         if self.went is None:
             self.x, self.now = at.begin(self.t, self.x)
             self.before = self.now.modes
@@ -760,6 +759,10 @@ class _ContactCourse:
         """The modes in which the motion begins, and their equations."""
         x, now = self.at.begin(self.t, self.x)
         return now.modes, self.at.mode(now.modes, self.at.constants(now, self.t, x), x)
+
+    def late(self) -> str:
+        """A message if the limit of elapsed time is exceeded, else ""."""
+        return self.pace.late(self.t)
 
     def ends(self) -> None:
         """Releases the kernel for other motions."""
@@ -776,7 +779,7 @@ class _ContactCourse:
         first, self.fresh = self.fresh, {}
         leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
         opens = any(own and own[1] == "opens" for own in map(at.ends, [e for e in mode.events if e.name in leaves]))
-        led = not (first or opens or self.now.stiff)
+        led = not (first or opens or self.now.stiff or self.late())
         if led and self.runner.parameters == at.parameters:
             m = self.runner.place(self.now.modes, mode)
             if m is not None:
@@ -800,7 +803,7 @@ class _ContactCourse:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        bounds = {**self.bounds, "first_step": None} if self.pieces else self.bounds
+        bounds = {**self.bounds, "begun": self.pace.begun} | ({"first_step": None} if self.pieces else {})
         start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
         with warnings.catch_warnings():  # due to forces that are zero throughout, which are treated here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)

@@ -20,7 +20,7 @@ from kane.errors import KaneError
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes
 from kane.model.declarations import Event
-from kane.motion.arguments import Arguments
+from kane.motion.arguments import Arguments, Hooks
 from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import Method
 from kane.motion.hybrid.automaton import End, ended_by, glance
@@ -54,7 +54,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
-from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, Hook, KeptCalls, entry, hoists_of
+from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, KeptCalls, entry, hoists_of
 from kane.program.native.machine import Settings
 from kane.progress import Interrupted, far, is_noted
 
@@ -136,7 +136,8 @@ class ContactRunner:
         self.controllers = controllers(tuple(self.inputs.values()))
         table = pauses(breakpoints, span, self.controllers)
         self.stops: Given = {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
-        self.hooks = [Hook(self._control)] if self.controllers else []
+        self.hooks = Hooks(self.s, self.y)
+        self.control = self.hooks.add(self._control)
         self.raised: BaseException | None = None
         self.made: list[ModeKernel] = []
         self.turning = list[int]()  # modes with discontinuities at given times
@@ -216,24 +217,12 @@ class ContactRunner:
         for k, held in self.held:
             self.given["r"][k] = held.now
 
-    def _left_off(self, before: bool) -> Back:
-        """Where the motion ends after an exception in an input, which `check` raises before Python decides or runs anything.
-
-        This is after the last completed mode, else at the beginning of the first one if modes were completed `before`.
-        """
-        self.raised = next(hook.raised for hook in self.hooks if hook.raised is not None)
-        for hook in self.hooks:
-            hook.raised = None
-        return Back.TAKE if before and not len(self.completed()) else Back.DECIDE
-
     def _ends_here(self) -> bool:
         """Whether the mode that the kernel has left within its time has any steps; then they are a completed mode."""
         s, count, noted = self.s, *map(int, self.arrays["records"][:2])
         row = self._rows()[count]
         if s[Slot.TIME] <= row[Record.BEGIN]:
             return False
-        for hook in self.hooks:
-            hook.raised = None
         logged = int(s[Slot.LOGGED])
         self.arrays["noted"][2 * noted : 2 * (noted + logged)] = self.shared["log"][: 2 * logged]
         row[[Record.END, Record.EVENT, Record.SAMPLE, Record.OVER]] = s[Slot.TIME], -1.0, s[Slot.SAMPLE], 0.0
@@ -313,11 +302,11 @@ class ContactRunner:
         name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
         if not _fits(stepper, name) or [*map(id, mode.inputs)] != [*map(id, self.eom.inputs)]:
             return False
-        arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
+        arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y, hooks=self.hooks)
         samples = {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1}
         given = arguments.given | samples | self.stops | {"limit": LIMIT}
         if self.controllers:
-            given["control"] = self.hooks[0]
+            given["control"] = self.control
         holding: KernelConstraints | None = None
         if is_constrained(mode):
             stepper.reach = reach_of(mode)
@@ -338,7 +327,6 @@ class ContactRunner:
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
         self.calls.put(m, (kernel, own_given), hoists_of(given), ((entry(looked), given["hg"]), drive), given["p"])
-        self.hooks += arguments.hooks
         self.named[name] = replace(bounded(self.method, self.inputs.values(), self.span), name=name, first=None)
         self.made.append(
             ModeKernel(modes, mode, name, given, (arguments, holding), self._places((*mode.parameters, *self.gains)))
@@ -436,12 +424,15 @@ class ContactRunner:
             most = -1 if is_noted() else self.method.max_steps - self.steps
             back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
             self.given["tolerances"][2] = 0.0
-            interrupted = is_noted() or any(isinstance(hook.raised, Interrupted) for hook in self.hooks)
-            if back is Back.TAKE and (interrupted or self.late()) and self._ends_here():
+            self.raised, late = self.hooks.left(), bool(self.late())
+            interrupted = is_noted() or (isinstance(self.raised, Interrupted) and not late)
+            if back is Back.TAKE and (interrupted or late) and self._ends_here():
                 back = Back.DECIDE if interrupted else Back.FULL
                 self.raised = Interrupted() if interrupted else None
-            elif any(hook.raised is not None for hook in self.hooks):
-                back = self._left_off(bool(pieces))
+            elif (
+                self.raised is not None
+            ):  # after the last completed mode `check` raises it, before Python decides or runs anything
+                back = Back.TAKE if pieces and not len(self.completed()) else Back.DECIDE
             for one in self.controllers:
                 one.done(repeats=not len(self.completed()))
             if back is Back.TAKE:  # Python repeats the mode: its steps do not count

@@ -28,7 +28,7 @@ from kane.motion.right_hand_side import Routines
 from kane.motion.steps import Stepper, regular, unheld
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
-from kane.progress import MESSAGE
+from kane.progress import MESSAGE, is_noted
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +109,10 @@ class Pace:
         if self.max_seconds < math.inf and time.monotonic() - self.begun > self.max_seconds:
             return f"max_seconds={self.max_seconds:g} have passed; at t = {t:.6g}"
         return ""
+
+    def why(self, t: float) -> str:
+        """The message of a motion that an `Interrupted` ended at t."""
+        return ("" if is_noted() else self.late(t)) or f"{MESSAGE}{t:.6g}"
 
     def crawls(self, t: float, steps: int) -> str:
         """A message if many steps advanced by almost nothing, else ""; always "" if the user limited the number of steps."""
@@ -417,6 +421,6 @@ class Course:
         return End("stopped", message)
 
     def interrupted(self) -> End:
-        """Stops the motion after Ctrl-C, at the last accepted step."""
+        """Stops the motion after Ctrl-C or a limit of time, at the last accepted step."""
         self.stopped("", self.solver.reached)
-        return End("stopped", f"{MESSAGE}{self.t[-1]:.6g}")
+        return End("stopped", self.pace.why(self.t[-1]))

@@ -55,7 +55,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
-from kane.progress import MESSAGE, Interrupted, far, is_noted
+from kane.progress import MESSAGE, Interrupted, far, in_time, is_noted
 
 MOST_STEPS = 1_000_000
 _ASKED = 1025
@@ -78,7 +78,7 @@ def run(
     """The motion from `begin` over `span`, `given` the parameters' values and the inputs; errors after its first phase stop it."""
     method, phase, t = solver(options, bounds).after(begin.steps), Phase(*given), span[0]
     pieces: list[Solution] = []
-    short, begun = 0, time.monotonic()
+    short, begun = 0, bounds.get("begun", time.monotonic())
     while True:
         rest = method.after(sum(p.steps for p in pieces))
         try:
@@ -91,7 +91,7 @@ def run(
             return _stopped(pieces, f"the motion cannot continue after {_names(phase.by)} at t = {t:.9g}: {error}")
         except Interrupted:  # before the first step of the phase
             if not pieces:
-                raise KeyboardInterrupt from None
+                raise
             return _stopped(pieces, f"{MESSAGE}{t:.6g}")
         pieces.append(piece)
         if not acting(end.at_once):
@@ -294,15 +294,16 @@ def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
 
 
 def _to_its_end(course: Course) -> End:
-    try:
-        while not is_noted():
-            end = course.advance()
-            if end is not None:
-                return end
-            far(course.far)
-    except Interrupted:
-        pass
-    return course.interrupted()
+    with in_time(lambda: course.pace.late(course.t[-1])):
+        try:
+            while not is_noted():
+                end = course.advance()
+                if end is not None:
+                    return end
+                far(course.far)
+        except Interrupted:
+            pass
+        return course.interrupted()
 
 
 def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:

@@ -190,7 +190,7 @@ class KernelSolver:
     def _pauses(self) -> Given:
         """The kernel's arguments for breakpoints, with the callback to controllers there."""
         table = pauses(self.course.method.breakpoints, self.span, self.controllers)
-        hook = self.arguments.hooked(self._control) if self.controllers else entry(self.now.rates)
+        hook = self.arguments.hooks.add(self._control) if self.controllers else entry(self.now.rates)
         return {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
 
     def step(self, most: int) -> Came:

@@ -391,9 +391,17 @@ def check_conserved(solution: Solution, functions: Sequence[Any]) -> None:
 
 def _wrong_energy(solution: Solution) -> str:
     check = solution.energy_check
-    return (
+    told = (
         f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of the "
-        f"energy present at t = {check.at:.4g} s: the motion is unreliable from about there on. Tighten rtol= and atol= from "
+        f"energy present at t = {check.at:.4g} s: "
+    )
+    if check.drift <= solution.steps * solution.atol:  # the motion may be reliable
+        return (
+            f"{told}the motion or ∫P dt, whose errors may be atol = {solution.atol:g} J a step, is unreliable from about there on. "
+            "Give an atol= that is small beside the energies."
+        )
+    return (
+        f"{told}the motion is unreliable from about there on. Tighten rtol= and atol= from "
         f"{solution.rtol:g} and {solution.atol:g}, choose another method=, or look for loads that switch and equations that "
         "become singular during the motion."
     )

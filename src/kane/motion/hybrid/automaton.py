@@ -342,7 +342,8 @@ def at_start(
 
     An event occurs if its quantity leaves in its direction; one in both directions does not occur by leaving. Events in `known`, by
     name, have occurred before, and their sides are given, 0 if undetermined; the band is the fraction `rounded` of their terms, as for
-    a contact that opens, or twice the distance `beyond` the threshold after actions. A state at the end of a motion has the
+    a contact that opens, or twice their distance beyond the threshold: after actions `beyond`, else, with `rounded`, where projection
+    has moved them. A state at the end of a motion has the
     relative error `rtol`: derivatives of this size, as of a quantity that constraints kept at its threshold, count as zero.
     """
     share = max(ROUNDED_TERMS, rtol)
@@ -357,7 +358,7 @@ def at_start(
             order = 1 if side else departure(event, now, t, state, share)[1]
             band = _rounding(event, now, t, state, rounded) if rounded else 0.0
             if side * (value - event.threshold) < 0:
-                band = max(band, 2 * beyond.get(event.name, 0.0))
+                band = max(band, 2 * (abs(value - event.threshold) if rounded else beyond.get(event.name, 0.0)))
             fresh[event.name] = Leaves(side, order, band)
         elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
             side, order = departure(event, now, t, state, share)

@@ -321,7 +321,10 @@ class _Automaton(After):
             beyond = (contact >= 0) & (kind >= float(OPENS)) & (kind <= float(SLIPPING)) & (value < 0.0)
             with w.when(leaves):
                 self.seen[at] = self.least[at]
-                for j, x in enumerate((*map(w.constant, (1.0, 1.0, 1.0)), band, w.constant(SOON))):
+                within = of.largest(
+                    band, (self.least[at] - value) * 2.0
+                )  # projection may have moved it below its threshold
+                for j, x in enumerate((*map(w.constant, (1.0, 1.0, 1.0)), within, w.constant(SOON))):
                     self.leaves[at * LEAVES + j] = x
             with w.otherwise(), w.when((~beside & (self.begun[at] > -0.5)) | beyond):
                 self.found.put(1)

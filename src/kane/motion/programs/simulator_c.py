@@ -60,6 +60,8 @@ _ARGUMENTS = {
     **{name: f"m->{name}" for name in ("s", "y", "lag", "work", "p", "r", "h")},
 }
 """C expressions for the kernel arguments that are not tables."""
+SETTINGS = ("rtol", "atol", "max_step")
+"""Settings of the integrator that a program takes by their names, as it does values of the system."""
 
 
 def emit_simulator(
@@ -104,6 +106,8 @@ def assembled(
     """
     _check_period(period)
     eom = cast(Equations, compiled.equations)
+    if ending is None:
+        _check_names(eom)
     if eom.system.modes_change:
         return _filled_in(compiled, method, period, _contacts(compiled, method, modes, tasks_of), ending)
     checked(compiled, method, "a program in C", _untold, switching=ending is None)
@@ -242,6 +246,15 @@ def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
 def _check_period(period: float | None) -> None:
     if period is not None and not (expect.is_number(period) and period > 0):
         raise ProgramError(f"Expected a period above zero (s) of a sampled controller, got {period!r}.")
+
+
+def _check_names(eom: Equations) -> None:
+    for one in (*eom.state, *eom.parameters, *eom.inputs):
+        if str(one) in SETTINGS:
+            raise ProgramError(
+                f"Expected names other than those of the program's settings, {', '.join(SETTINGS)}, got {str(one)!r} of the system: "
+                f"{one}=value could mean either. Give it another name."
+            )
 
 
 def _untold(one: Discontinuity) -> str:

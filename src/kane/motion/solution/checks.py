@@ -243,15 +243,20 @@ def work_of(
     """The work since the start (n), from the values of expressions along a motion; `runs` are the samples of its phases."""
     held = load.potential is not None and not depends_on_time(load.potential)
     (own,) = values([load.potential if held and load.potential is not None else power])
-    result = np.empty(len(t))
-    done = 0.0
+    return by_runs(t, own, runs, (lambda _, v: v[0] - v) if held else integral)
+
+
+def by_runs(t: Array, values: Array, runs: Sequence[Any], of: Callable[[Array, Array], Array]) -> Array:
+    """A function of the times and values of each of `runs`, zero where these begin, continued from one to the next (n)."""
+    result, done = np.empty(len(t)), 0.0
     for at in runs:
-        result[at] = done + (own[at[0]] - own[at] if held else _integral(t[at], own[at]))
+        result[at] = done + of(t[at], values[at])
         done = result[at[-1]]
     return result
 
 
-def _integral(t: Array, power: Array) -> Array:
+def integral(t: Array, power: Array) -> Array:
+    """∫P dt (n) from the values of P, by a cubic spline."""
     from scipy.interpolate import CubicSpline  # slow to import
 
     if len(t) < _LEAST:
