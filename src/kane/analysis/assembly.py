@@ -208,7 +208,7 @@ class ClosureSearch:
     def _slid(self, x: Array) -> Array:
         """The configuration nearest to the guesses, reached from q (n) along the constraints.
 
-        The first step is the one that would end there if the constraints were linear, the others allow for their curvature, by secants.
+        The first step would end there if the constraints were linear, the others allow for their curvature, by secants.
         """
         free, size = self._free, self.level.metric
         pull = np.isin(free, self.start.guessed)
