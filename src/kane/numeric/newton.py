@@ -193,8 +193,8 @@ def sizes(
 ) -> NaturalSizes:
     """The natural sizes from values of f at x (k × n): that of an entry of x is the change that f's other terms correspond to.
 
-    Entries that are no angles are scaled down or up first if the other terms of f are much smaller or larger, `by_thousands` or exactly,
-    so that sizes are the same in any unit; those of `unit` size are not. Values and slopes within `rounding` are ignored; an f that
+    Entries that are no angles are scaled down or up first if the other terms of f are much smaller or larger, `by_thousands` or, so
+    that sizes are the same in any unit, exactly; those of `unit` size are not. Values and slopes within `rounding` are ignored; an f that
     vanishes everywhere gets a size beside which rounding is zero.
     """
     f, g, error = _values(function, x, rounding)
