@@ -193,9 +193,9 @@ def sizes(
 ) -> NaturalSizes:
     """The natural sizes from values of f at x (k × n): that of an entry of x is the change that f's other terms correspond to.
 
-    Entries that are no angles are scaled down or up first if the other terms of f are much smaller or larger, `by_thousands` or, so
-    that sizes are the same in any unit, exactly; those of `unit` size are not. Values and slopes within `rounding` are ignored; an f that
-    vanishes everywhere gets a size beside which rounding is zero.
+    Entries that are no angles are scaled first so that they change f as much as its other terms, exactly or only `by_thousands`; those
+    of `unit` size are not. Values and slopes within `rounding` are ignored; an f that vanishes everywhere gets a size beside which
+    rounding is zero.
     """
     f, g, error = _values(function, x, rounding)
     g, usable = np.abs(g), _finite(f, g)
@@ -250,8 +250,7 @@ def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) ->
 def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding, by_thousands: bool) -> Array:
     """The factor (n) for each entry of x (k × n) that is no angle, so that it changes some f as much as the other terms do.
 
-    `by_thousands` it is a power of a thousand, so that models in metres have the same starts. It is 1 if the other terms are only
-    rounding.
+    `by_thousands` it is a power of a thousand, so that models in metres have the same starts; 1 if the other terms are only rounding.
     """
     k, free = len(x), ~turning.all(axis=0)
     extent = np.ones(x.shape[1])
@@ -271,8 +270,7 @@ def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding, by
         own = first[~turning[:, i] & np.isfinite(first)]
         if len(own):
             power = float(own.min()) / 3
-            rounded = round(power) if abs(power) > _ALIKE else 0
-            extent[i] = 1000.0 ** (rounded if by_thousands else power)
+            extent[i] = 1000.0 ** ((round(power) if abs(power) > _ALIKE else 0) if by_thousands else power)
     return extent
 
 
@@ -285,8 +283,7 @@ def _crossing(function: Residuals, x: Array, rest: Array, above: Array, without:
         shares = np.where(np.isfinite(power), 10.0**power, 1.0)
         every = np.concatenate([rest, *(s * x + rest for s in shares)])
         f = function(every, np.tile(np.arange(k), m + 1))[0].reshape(m + 1, k, m)
-        moved = np.abs(f[1:] - f[0])[np.arange(m), :, np.arange(m)]
-        return np.asarray(np.log10(medians(moved.T) / without))
+        return np.asarray(np.log10(medians(np.abs(f[1:] - f[0])[np.arange(m), :, np.arange(m)].T) / without))
 
     with np.errstate(all="ignore"):
         a, b = above - np.log10(_EXTENTS[1] / _EXTENTS[0]), above
