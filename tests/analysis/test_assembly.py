@@ -216,3 +216,45 @@ def test_angles_half_a_turn_away_are_one_branch(q1):
     q2, x = np.array([list(one.q.values()) for one in found]).T[1:]
     assert q2 == pytest.approx([0, np.pi], abs=1e-12)
     assert x == pytest.approx(0.08 * np.cos(q1) + np.array([0.24, -0.24]))
+
+
+def slide(metre=1.0, reverse=False):
+    """A crank with an offset slider: angles and a length together, in a unit and an order of declaration."""
+    a, b, x = kn.coordinate("a"), kn.coordinate("b"), kn.coordinate("x")
+    A, B = N.rotate("A", a, N.z), N.rotate("B", b, N.z)
+    P, S = O.at("P", 0.3 * metre * A.x), O.at("S", x * N.x + 0.1 * metre * N.y)
+    closing = [*kn.coincident(P.at("Q", metre * B.x), S, along=(N.x, N.y))]
+    bodies, order = [kn.Particle("p", P, 1.0), kn.Particle("s", S, 1.0)], -1 if reverse else 1
+    return kn.derive(
+        kn.System(N, bodies=bodies, speeds="rates", holonomic=closing[::order], coordinates=(a, b, x)[::order])
+    )
+
+
+@pytest.mark.parametrize("metre", [1.0, 1e2, 1e-2, 1e5, 1e-6])
+@pytest.mark.parametrize("guess", [(1.87, -2.09, 2.13), (-2.04, 0.58, -2.34), (0.28, -1.84, 1.08), (-1.4, 2.08, -1.71)])
+def test_the_nearest_to_more_guesses_than_needed_is_the_same_in_any_units_and_order(metre, guess):
+    """The distance of angles and lengths together is that in rad and relative to the mechanism, wherever the guesses are."""
+
+    def found(eom, metre):
+        given = dict(zip("abx", [*guess[:2], guess[2] * metre], strict=True))
+        q = {name: kn.guess(v) for name, v in given.items()}
+        state = kn.assemble(eom, q=q, u={"u_a": kn.guess(1.0), "u_b": kn.guess(0), "u_x": kn.guess(0)})
+        return [state["a"], state["b"], state["x"] / metre]
+
+    expected = found(slide(), 1.0)
+    np.testing.assert_allclose(found(slide(metre), metre), expected, atol=1e-6)
+    np.testing.assert_allclose(found(slide(metre, reverse=True), metre), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "place"), [("", (0.0, 0.0)), ("m", (0.0, 0.0)), ("m", (0.3, 1.7))])
+def test_the_nearest_is_where_the_way_to_the_guesses_is_across_the_motion(unit, place):
+    """Of a particle on a circle, given beside it by two guesses: the end of the radius through them, however far they are."""
+    x, y, r = kn.coordinate("x", unit), kn.coordinate("y", unit), kn.parameter("r", 0.7, unit)
+    a, b = kn.parameter("a", place[0], unit), kn.parameter("b", place[1], unit)
+    P, C = O.at("P", x * N.x + y * N.y), O.at("C", a * N.x + b * N.y)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", holonomic=[kn.distance(C, P, r)]))
+    for far in (0.05, 1.1, 1.9, 40.0):
+        at = far * np.array([np.cos(2.2), np.sin(2.2)])
+        guesses = {x: kn.guess(place[0] + at[0]), y: kn.guess(place[1] + at[1])}
+        found = kn.assemble(eom, q=guesses, u={"u_x": 0})
+        np.testing.assert_allclose([found["x"], found["y"]], place + 0.7 / far * at, atol=1e-6)

@@ -177,3 +177,42 @@ def test_two_turning_points_close_to_each_other(range_):
     most = 2 * k * at * (long / np.sqrt(w**2 + at**2) - 1)
     np.testing.assert_allclose(branch.turning_points, [most, -most], rtol=1e-7)
     assert len(branch) == 5 + 2 + 2 * (np.abs(values) < most).sum()  # values between them occur three times
+
+
+@pytest.mark.parametrize("metre", [1.0, 1e5, 1e-6])
+def test_a_branch_that_begins_where_nothing_has_a_size(metre):
+    """k x + c x³ = F from rest at x = 0, F = 0, in other units of length and of time: x is the real root at each F."""
+    second = 1e6 if metre < 1 else 1.0
+    N, k, c = kn.Frame("N"), 3.0, 1.0
+    x, F = kn.coordinate("x"), kn.parameter("F", 0.0)
+    own = kn.Particle("own", kn.Point("O", fixed_in=N).at("P", x * N.x), 1.0)
+    hard = kn.Force(own.point, (F - k / second**2 * x - c / second**2 / metre**2 * x**3) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[own], speeds="rates", loads=[hard]))
+    forces = np.array([0.0, 1.0, 5.0, 100.0])
+    branch = kn.continuation(eom, F, forces * metre / second**2, q={x: kn.guess(0)}, u=[0])
+    roots = [np.roots([c, 0, k, -f]) for f in forces]
+    expected = [float(r[np.abs(r.imag) < 1e-9].real[0]) for r in roots]
+    np.testing.assert_allclose([p["x"] / metre for p in branch.points], expected, rtol=1e-9, atol=1e-12)
+
+
+def test_a_linkage_from_its_unloaded_position():
+    """A torque turns a crank whose slider hangs on a spring: T = k (x − x₀) dx/dα is largest where its derivative vanishes."""
+    N, (r, l, k, x0) = kn.Frame("N"), (0.3, 0.8, 100.0, 0.9)
+    a, b, x, T = kn.coordinate("a"), kn.coordinate("b"), kn.coordinate("x"), kn.parameter("T", 0.0)
+    A, B, O = N.rotate("A", a, N.z), N.rotate("B", b, N.z), kn.Point("O", fixed_in=N)
+    P, S = O.at("P", r * A.x), O.at("S", x * N.x)
+    closing = kn.coincident(P.at("Q", l * B.x), S, along=(N.x, N.y))
+    bodies = [kn.Particle("p", P, 1.0), kn.Particle("s", S, 1.0)]
+    loads = [kn.Force(S, -k * (x - x0) * N.x), kn.Torque(A, T * N.z)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", holonomic=closing, loads=loads))
+    branch = kn.continuation(eom, T, [0, 5, 60], q={a: kn.guess(0.5), b: kn.guess(-0.2), x: kn.guess(0.9)}, u=[0, 0, 0])
+
+    def torque(angle):
+        across = np.sqrt(l**2 - r**2 * np.sin(angle) ** 2)
+        place = r * np.cos(angle) + across
+        return k * (place - x0) * (-r * np.sin(angle) * (1 + r * np.cos(angle) / across))
+
+    most = torque(np.linspace(0, np.pi, 200001)).max()
+    np.testing.assert_allclose(branch.values, [0, 5, most, 5, 0], rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose([torque(p["a"]) for p in branch.points], branch.values, rtol=1e-8, atol=1e-9)
+    assert branch.turning == (2,)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.gallery import whipple_bicycle
+from kane.gallery import knife_edge, whipple_bicycle
 from tests.examples import examples
 from tests.systems import steady as systems
 
@@ -251,3 +251,16 @@ def test_contacts_that_are_closed_are_said():
         kn.linearize(eom, q=[-1], u=[0], steady=False)
     held = kn.derive(system.in_modes({"wall": "stick"}))
     assert kn.trim(held, q=[-1]).q[x] == -1
+
+
+@pytest.mark.parametrize("metre", [1.0, 1e3, 1e-5])
+def test_what_nothing_depends_on_stays_where_it_starts(metre):
+    """A knife edge on a slope rests across it at any place: one that is left out is the origin, and a guessed one is kept."""
+    eom = kn.derive(knife_edge.system())
+    units = {"m/s^2": metre, "kg*m^2": metre**2, "m": metre}
+    parameters = {p: p.default * units.get(p.unit, 1.0) for p in eom.parameters}
+    across = kn.equilibrium(eom, parameters=parameters)
+    assert (across["x"], across["y"]) == (0, 0)
+    assert abs(np.sin(across["theta"])) == pytest.approx(1)
+    there = kn.equilibrium(eom, q={"x": kn.guess(0.4 * metre), "y": -2 * metre}, parameters=parameters)
+    assert (there["x"], there["y"]) == (0.4 * metre, -2 * metre)

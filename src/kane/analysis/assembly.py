@@ -42,7 +42,7 @@ from kane.progress import working
 
 TRIES = (60, 400, 1600)
 """Numbers of starts of successive attempts, each made only if those before reached no configuration on a specified branch."""
-_SLIDES, _NEAREST = 40, 6
+_SLIDES, _NEAREST, _SHARES = 40, 6, 0.25 ** np.arange(7)
 _TOLD = 6
 
 
@@ -154,7 +154,7 @@ class ClosureSearch:
     def distances(self, x: Array) -> Array:
         """Distances of q (k × n) from the guesses (k); coordinates left out decide between equal distances."""
         away = np.zeros(x.shape)
-        away[:, self._free] = (x - self.start.values)[:, self._free] / self.level.usual.x
+        away[:, self._free] = (x - self.start.values)[:, self._free] / self.level.metric
         guessed = np.linalg.norm(away[:, list(self.start.guessed)], axis=1)
         weight = ONE_POSITION if self.start.guessed else 1.0
         return np.asarray(guessed + weight * np.linalg.norm(away[:, list(self.start.missing)], axis=1))
@@ -162,7 +162,7 @@ class ClosureSearch:
     def _distinct(self, x: Array) -> list[int]:
         """Indices of different q (k × n), the first of each."""
         kept: list[int] = []
-        free, size = self._free, self.level.usual.x
+        free, size = self._free, self.level.metric
         for k, one in enumerate(x):
             if all(np.abs((one - x[i])[free] / size).max() > ONE_POSITION for i in kept):
                 kept.append(k)
@@ -199,23 +199,31 @@ class ClosureSearch:
 
     def block(self, x: Array) -> Array:
         """∂f/∂q (m × free) at q (n), divided by the sizes of f and of q."""
-        size = self.level.usual
-        return np.asarray(self.level.one(x)[1][:, self._free] * size.x / size.f[:, None])
+        return np.asarray(self.level.one(x)[1][:, self._free] * self.level.metric / self.level.usual.f[:, None])
 
     def _kernel(self, x: Array) -> Array:
         """A basis, as rows, of the directions of free coordinates that the constraints allow at q (n)."""
         return singular(self.block(x)).kernel(STATE_RANK)
 
     def _slid(self, x: Array) -> Array:
-        """The configuration nearest to the guesses, reached from q (n) along the constraints."""
-        free, size = self._free, self.level.usual.x
+        """The configuration nearest to the guesses, reached from q (n) along the constraints.
+
+        The first step would end there if the constraints were linear, the others allow for their curvature, by secants.
+        """
+        free, size = self._free, self.level.metric
         pull = np.isin(free, self.start.guessed)
+        length, last = 1.0, None
         for _ in range(_SLIDES):
             kernel = self._kernel(x)
             change = kernel.T @ (kernel @ (pull * (self.start.values - x)[free] / size))
             if np.abs(change).max(initial=0) <= ROUNDED_ROOT:
                 break
-            for share in (1.0, 0.5, 0.25, 0.1):
+            if last is not None:
+                moved = (x - last[0])[free] / size
+                bend = float(moved @ (last[1] - change))
+                length = min(max(float(moved @ moved) / bend, _SHARES[-1]), 10.0) if bend > 0 else 1.0
+            last = x, change
+            for share in length * _SHARES:
                 trial = x.copy()
                 trial[free] += share * change * size
                 trial = self.level.closest(trial).x

@@ -125,7 +125,7 @@ class NearestStates:
         valid = ((left <= CLOSED) & ~turned).reshape(count, tries)
         if not self.free:
             return q, ~valid[:, 0] | ~(missed <= GIVEN)
-        away = ((q - guesses[rows])[:, free] / size.x).reshape(count, tries, -1)
+        away = ((q - guesses[rows])[:, free] / level.metric).reshape(count, tries, -1)
         guessed, missing = (np.isin(free, own) for own in (self.guessed, self.missing))
         weight = ONE_POSITION if self.guessed else 1.0
         distance = np.linalg.norm(away[:, :, guessed], axis=2) + weight * np.linalg.norm(away[:, :, missing], axis=2)

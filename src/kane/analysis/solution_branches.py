@@ -279,8 +279,10 @@ def _unknowns(task: SteadyProblem, place: int, start: Array, span: float) -> Sca
         part = {i: abs(row[task.free.index(i)]) for i in inert if i not in frozen}
         frozen.update(sorted(part, key=part.__getitem__)[-1:])
     places = (*(i for i in task.free if i not in frozen), place)
-    columns = np.append(task.measured.columns[list(places[:-1])], abs(span))
-    return replace(task.measured, columns=columns, start=start, places=places)
+    # without the range of the varied value nothing has a size where a branch begins at rest and unloaded
+    _, rows, columns = task.conditions.sizes(start, {place: abs(span)})
+    columns = np.append(columns[list(places[:-1])], abs(span))
+    return replace(task.measured, rows=rows, columns=columns, start=start, places=places)
 
 
 def _linear(lin: Linearizer, point: State, independent: Sequence[Any], side: Callable[[], Side]) -> tuple[Linear, str]:

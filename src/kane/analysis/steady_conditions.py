@@ -4,7 +4,7 @@
 f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 for coordinates and ȧ = 0 for further states that affect the speeds
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -105,8 +105,8 @@ class Conditions:
             j += [moved[list(self.constant)], -solve(slopes.residual)[:n][free], slopes.states[further]]
         return np.concatenate(f), np.vstack(j)
 
-    def sizes(self, x: Array) -> Sizes:
-        """The sizes of the terms of F at X, and the scales of F and X."""
+    def sizes(self, x: Array, ranges: Mapping[int, float] | None = None) -> Sizes:
+        """The sizes of the terms of F at X, and the scales of F and X; `ranges`: by how much entries of X are going to vary."""
         values, z, slopes, solve = self.numbers(x)
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
         size = magnitudes(self.eom, values, slopes, z, x[nq : nq + n])
@@ -122,6 +122,8 @@ class Conditions:
         taken = [*range(start), *(start + i for i in rest)]
         least = np.zeros(len(x))
         least[nq : nq + n] = size.alone
+        for i, length in (ranges or {}).items():
+            least[i] = max(least[i], length)
         rows, columns = _steps(terms, j, least)
         return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
 
@@ -159,8 +161,9 @@ def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
         columns = np.maximum(np.where(np.isfinite(reach), reach, 0.0), least)
-        columns = np.where(columns > 0, columns, 1.0)
         rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
+    columns = np.where(columns > 0, columns, 1.0)
+    rows = np.where(rows > 0, rows, (j * columns).max(axis=1, initial=0))
     return np.where(rows > 0, rows, 1.0), columns
 
 

@@ -285,15 +285,16 @@ def solve_problem(task: SteadyProblem, tolerance: float) -> Array:
 
 
 def _plain(task: SteadyProblem, best: Closed) -> Array:
-    """Y with rounding residues of zero set to zero; without other terms no number could be judged small."""
-    free = np.array(task.free, dtype=int)
-    tiny = free[np.abs(best.x[free]) <= ROUNDED_CHAIN]
-    if not best.x[tiny].any():
-        return best.x
-    y = best.x.copy()
-    y[tiny] = 0.0
-    left = np.abs(task.measured(y)[0]).max(initial=0)
-    return y if left <= max(best.size, ROUNDED_CHAIN) else best.x
+    """Y with rounding residues of zero, which nothing would tell from zero, set to zero; what nothing depends on as at the start."""
+    free, start = np.array(task.free, dtype=int), task.start / task.measured.columns
+    tiny, inert = free[np.abs(best.x[free]) <= ROUNDED_CHAIN], [i for i in task.free if i not in set(task.mattering)]
+    for kept in (inert, []):
+        y = best.x.copy()
+        y[tiny] = 0.0
+        y[kept] = start[kept]
+        if np.array_equal(y, best.x) or np.abs(task.measured(y)[0]).max(initial=0) <= max(best.size, ROUNDED_CHAIN):
+            return y
+    return best.x
 
 
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:

@@ -151,6 +151,7 @@ Rounding = Callable[[Array, Indices], Any]
 _TURNS = 2 * np.pi * 2**20
 """So many that lengths of any size are no turn."""
 _EXTENTS = np.geomspace(1e-15, 1e15, 61)
+_SECANTS = 6
 _ALIKE = 0.8
 """Powers of a thousand up to which what does not turn is left as it is: Euler parameters off the unit sphere make so much."""
 _MANY_STEPS, _MANY_HALVINGS, _PATIENCE = 60, 20, 10
@@ -187,11 +188,14 @@ class ClosedMany:
         return np.asarray(np.abs(self.shares).max(axis=1, initial=0))
 
 
-def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact) -> NaturalSizes:
+def sizes(
+    function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact, by_thousands: bool = True
+) -> NaturalSizes:
     """The natural sizes from values of f at x (k × n): that of an entry of x is the change that f's other terms correspond to.
 
-    Entries that are no angles are scaled down or up first if the other terms of f are much smaller or larger; those of `unit` size are
-    not. Values and slopes within `rounding` are ignored; an f that vanishes everywhere gets a size beside which rounding is zero.
+    Entries that are no angles are scaled first so that they change f as much as its other terms, exactly or only `by_thousands`; those
+    of `unit` size are not. Values and slopes within `rounding` are ignored; an f that vanishes everywhere gets a size beside which
+    rounding is zero.
     """
     f, g, error = _values(function, x, rounding)
     g, usable = np.abs(g), _finite(f, g)
@@ -201,7 +205,7 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
     turning = _turning(function, x, f, g, usable) | everywhere[:, None]
     turns = np.asarray(turning.all(axis=0))
     turning[:, list(unit)] = True
-    extent = _extent(function, x, turning, rounding)
+    extent = _extent(function, x, turning, rounding, by_thousands)
     if np.any(extent != 1.0):
         x = extent * x
         f, g, error = _values(function, x, rounding)
@@ -243,10 +247,10 @@ def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) ->
     return np.asarray(limit >= np.abs(more - f[j]).T)
 
 
-def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) -> Array:
+def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding, by_thousands: bool) -> Array:
     """The factor (n) for each entry of x (k × n) that is no angle, so that it changes some f as much as the other terms do.
 
-    It is a power of a thousand, so that models in metres have the same starts, and 1 if the other terms are only rounding.
+    `by_thousands` it is a power of a thousand, so that models in metres have the same starts; 1 if the other terms are only rounding.
     """
     k, free = len(x), ~turning.all(axis=0)
     extent = np.ones(x.shape[1])
@@ -260,12 +264,36 @@ def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) ->
         without, moved = medians(np.abs(f[0])), medians(np.abs(f[1:] - f[0]), 1)
         enough = (moved >= without) & (without > error.max(axis=0)) & np.isfinite(moved)
     first = np.where(enough.any(axis=0), np.log10(_EXTENTS)[np.argmax(enough, axis=0)], np.nan)
+    if not by_thousands:
+        first = _crossing(function, np.where(free, x, 0.0), np.where(free, 0.0, x), first, without)
     for i in np.flatnonzero(free):
         own = first[~turning[:, i] & np.isfinite(first)]
         if len(own):
             power = float(own.min()) / 3
-            extent[i] = 1000.0 ** round(power) if abs(power) > _ALIKE else 1.0
+            extent[i] = 1000.0 ** ((round(power) if abs(power) > _ALIKE else 0) if by_thousands else power)
     return extent
+
+
+def _crossing(function: Residuals, x: Array, rest: Array, above: Array, without: Array) -> Array:
+    """The logarithm of the factor (m) of x (k × n) at which each f changes by `without` (m), from one somewhat `above`, by secants."""
+    k, m = len(x), len(above)
+
+    def excess(power: Array) -> Array:
+        """log |f(s x + rest) − f(rest)|/without, each f at its own s = 10^power."""
+        shares = np.where(np.isfinite(power), 10.0**power, 1.0)
+        every = np.concatenate([rest, *(s * x + rest for s in shares)])
+        f = function(every, np.tile(np.arange(k), m + 1))[0].reshape(m + 1, k, m)
+        return np.asarray(np.log10(medians(np.abs(f[1:] - f[0])[np.arange(m), :, np.arange(m)].T) / without))
+
+    with np.errstate(all="ignore"):
+        a, b = above - np.log10(_EXTENTS[1] / _EXTENTS[0]), above
+        at_a, at_b = excess(a), excess(b)
+        for _ in range(_SECANTS):
+            trial = b - at_b * (b - a) / (at_b - at_a)
+            trial = np.where(np.abs(trial - above) <= 1.0, trial, b)
+            a, at_a, b = b, at_b, trial
+            at_b = excess(b)
+    return b
 
 
 def close_many(function: Residuals, x: Array, size: NaturalSizes, accepted: Accepted | None = None) -> ClosedMany:

@@ -31,7 +31,7 @@ from kane.model.constraints import ClosureBranch, Constraint
 from kane.model.system import System
 from kane.numeric.arrays import Array, Indices, Mask, spread
 from kane.numeric.newton import Closed, ClosedMany, NaturalSizes, close, close_many, close_most, sizes
-from kane.numeric.sampling import ASSEMBLY_SEED, HIGH, LOW, SEED, SEEDS, finite_number, named_values, values_of
+from kane.numeric.sampling import ASSEMBLY_SEED, HIGH, LOW, SEED, SEEDS, draw, finite_number, named_values, values_of
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT, ROUNDED_CHAIN, bounded
 from kane.space.frame import Point
 from kane.space.rotation import Basis
@@ -41,7 +41,8 @@ ROWS = 16
 """How many configurations are looked at one by one."""
 _PARALLEL = 1e-4
 """Up to which a product of unit vectors vanishes at a configuration that was closed: a root of what it may leave open, and more."""
-_DRAWN = 11
+_DRAWN, _BESIDE = 11, 0.37
+"""The number of values of a coordinate within a turn by which its size is determined, and where they are, so that none is special."""
 _EVERY = slice(None)
 
 
@@ -155,19 +156,34 @@ class LevelSet:
         own |= zip(self.manifold.system.coordinates, self.whole(x).T, strict=True)
         return spread([e for _, e in bounded(self.manifold.f, own)], (len(x),)).T
 
-    def sizes(self, x: Array) -> NaturalSizes:
+    def sizes(self, x: Array, by_thousands: bool = True) -> NaturalSizes:
         """The natural sizes of the free coordinates and of the terms of f, from random points x (k × free)."""
         q = self.manifold.system.coordinates
         unit = {e for s in self.manifold.system.euler_parameters for e in s.coordinates}
-        return sizes(self.of_free, x, [k for k, i in enumerate(self.free) if q[i] in unit], self.rounding)
+        among = [k for k, i in enumerate(self.free) if q[i] in unit]
+        return sizes(self.of_free, x, among, self.rounding, by_thousands)
 
     @cached_property
     def usual(self) -> NaturalSizes:
-        """The natural sizes, from zero and random points."""
-        n = len(self.free)
-        return self.sizes(
-            np.vstack([np.zeros(n), np.random.default_rng(ASSEMBLY_SEED).uniform(-np.pi, np.pi, (_DRAWN, n))])
-        )
+        """The natural sizes, the same in any units and order of declaration, from zero and _DRAWN points.
+
+        Each coordinate takes the same values there, in an order of its own, so that those of equal roles have equal sizes.
+        """
+        q, count = self.manifold.system.coordinates, range(_DRAWN)
+        order = [np.argsort([draw(ASSEMBLY_SEED + k, q[i]) for k in count]) for i in self.free]
+        drawn = np.reshape(order, (len(self.free), _DRAWN)).T + _BESIDE
+        points = np.vstack([np.zeros(len(self.free)), np.pi * (2 * drawn / _DRAWN - 1)])
+        return self.sizes(points, by_thousands=False)
+
+    @cached_property
+    def metric(self) -> Array:
+        """The sizes of the free coordinates that distances are relative to: of all lengths in one unit, one size, their mean."""
+        units = [self.manifold.system.coordinates[i].unit for i in self.free]
+        size, turns = self.usual.x.copy(), self.usual.turns
+        for unit in set(units) - {""}:
+            alike = [k for k, (own, angle) in enumerate(zip(units, turns, strict=True)) if own == unit and not angle]
+            size[alike] = np.exp(np.log(size[alike]).sum() / max(len(alike), 1))
+        return np.asarray(size)
 
     @cached_property
     def wide(self) -> Array:
