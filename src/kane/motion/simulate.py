@@ -90,7 +90,7 @@ def simulate(
     start : a `kn.State` instead of q, u, states, parameters, inputs and t; or a Solution to continue from its end, with its work,
         parameters, inputs, tolerances and (unless it was read from a file) other options, except for those given here. The
         equations may have other loads and constraints, with the same bodies and speeds. `sol + more` joins both
-    parameters : values by symbol or name; those left out take their defaults
+    parameters : values by symbol or name, also of parameters that only inputs contain; those left out take their defaults
     inputs : for each input a number, an expression in time, parameters, coordinates and speeds, a `kn.signal`, a table over time, a
         function f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : time of the initial values (s); if given, the span must start there
