@@ -99,6 +99,7 @@ class TestGravity:
 M = kn.Frame("M")
 PM = kn.Point("PM", fixed_in=M)
 N_reaction = kn.reaction("F", at=P, along=N.y)
+push, weight = kn.Force(G, N.x, name="push"), kn.gravity(-g * N.y)
 
 
 @pytest.mark.parametrize(
@@ -113,6 +114,8 @@ N_reaction = kn.reaction("F", at=P, along=N.y)
         ({"bodies": [bob, kn.Particle("far", PM, 1)]}, kn.ModelError, "placed from one fixed in N, got PM"),
         ({"bodies": [bob, kn.Particle("far", kn.Point("O2", fixed_in=N), 1)]}, kn.ModelError, "one fixed point, got O, O2"),
         ({"loads": [N.x]}, kn.ModelError, "loads from kn.Force"),
+        ({"loads": [push, push]}, kn.ModelError, r"each load once in loads=, got Load\('push'\) more than once"),
+        ({"loads": [weight, kn.gravity(-g * N.y), weight]}, kn.ModelError, "each load once"),
         ({"loads": [kn.Torque(M, M.x)]}, kn.ModelError, "whose root is M"),
         ({"loads": [kn.Force(PM, M.x)]}, kn.ModelError, "is fixed in M"),
         ({"coordinates": (q1, q2)}, kn.ModelError, "list each of"),

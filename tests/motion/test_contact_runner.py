@@ -15,12 +15,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.gallery.contacts import bouncing_ball, mass_on_belt, rocking_block, slider_crank_with_clearance
+from kane.gallery.contacts import (
+    ball_on_turntable,
+    bouncing_ball,
+    mass_on_belt,
+    rocking_block,
+    shaken_block,
+    slider_crank_with_clearance,
+)
 from kane.motion import ContactMotion, ContactRunner
 from kane.progress import Interrupted
 from tests.examples import examples
 from tests.laws.test_contacts import started
 from tests.motion import test_contact_friction as friction
+from tests.motion.many.separate import simulated_separately
 from tests.oracles.planar_contacts import Plane, Plate, Touch
 from tests.systems.planar_contacts import planes, system
 
@@ -47,6 +55,12 @@ def decisions(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(ContactMotion, "after", after)
     return asked
+
+
+@pytest.fixture
+def separate(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The instances that were simulated separately."""
+    return simulated_separately(monkeypatch)
 
 
 def by_python(eom: kn.Equations, *args: Any, **options: Any) -> kn.Solution:
@@ -526,3 +540,60 @@ def test_a_ball_that_bounces_in_space_is_led_by_the_kernel(decisions: list[str])
     agree(sol, wanted, 1e-9)
     assert np.diff(sol.energy).max() < 1e-9 * sol.energy[0]
     assert sol.mode_history[-1][1] == {"floor": "stick"}
+
+
+def test_events_of_prepared_and_many_motions_with_contacts(decisions: list[str]) -> None:
+    """One event is noted, another ends some of the motions; Python decides nothing once the modes are known."""
+    eom = pushed()
+    x, _ = eom.coordinates
+    near, far = kn.parameter("near", 0.4, "m"), kn.parameter("far", 0.9, "m")
+    events = [kn.Event("passes", x - near, terminal=False), kn.Event("arrives", x - far, message="far enough")]
+    eom = kn.derive(eom.system.replace(events=events))
+    speeds = np.linspace(0.5, 5, 12)
+    options: dict[str, Any] = {"inputs": {"F": 6 * kn.sin(3 * kn.time), "H": 25 * kn.sin(5 * kn.time)}, "samples": 11}
+    each = [kn.simulate(kn.derive(eom.system), (0, 3), q=[0, 0], u=[v, 0], **options) for v in speeds]
+    assert {sol.status for sol in each} == {"finished", "event"}
+    run = kn.prepare(eom, (0, 3), **options)
+    assert run.in_one_call
+    for _ in range(2):
+        decisions.clear()
+        ones = [run(q=[0, 0], u=[v, 0]) for v in speeds]
+    assert decisions == []
+    for one, other in zip(ones, each, strict=True):
+        agree(one, other, 0.0)
+        assert (one.status, one.message, one.steps) == (other.status, other.message, other.steps)
+        assert (one.event and one.event.name) == (other.event and other.event.name)
+        assert [(e.name, t) for e, t in one.events] == [(e.name, t) for e, t in other.events]
+    start: dict[str, Any] = {"q": {"x": 0, "y": 0}, "u": {"u_x": speeds, "u_y": 0.0}}
+    many = kn.simulate_many(eom, (0, 3), threads=2, **start, **options)
+    assert decisions == []
+    assert many["status"].values.tolist() == [sol.status for sol in each]
+    assert many["cause"].values.tolist() == [sol.message for sol in each]
+    assert np.array_equal(many["end_state"], [sol.states[-1] for sol in each])
+    assert np.array_equal(many["end_t"], [sol.t[-1] for sol in each])
+    for k, sol in enumerate(each):
+        there = many["t"].values <= sol.t[-1]
+        rows = np.searchsorted(sol.t, many["t"].values[there], side="right") - 1
+        assert np.array_equal(many["x"].values[k, there], sol["x"][rows])
+        assert np.isnan(many["x"].values[k, ~there]).all()
+
+
+@pytest.mark.parametrize("module", [ball_on_turntable, shaken_block])
+def test_batches_take_euler_parameters_and_loads_that_break(module: Any, separate: list[Any]) -> None:
+    """Starts on constraints are assembled for all together; the second time no motion is simulated separately."""
+    eom = kn.derive(module.system())
+    start = {kind: dict(values) for kind, values in module.START.items()}
+    name, usual = next(((s, v) for s, v in start["u"].items() if v), ("u_x", 0.1))
+    values = usual * np.linspace(0.8, 1.2, 6)
+    options: dict[str, Any] = {"samples": 6, "rtol": 1e-9, "atol": 1e-10}
+    starts = [{"q": start["q"], "u": {**start["u"], name: float(v)}} for v in values]
+    each = [kn.simulate(kn.derive(eom.system), (0, 0.5), **one, **options) for one in starts]
+    run = kn.prepare(eom, (0, 0.5), **options)
+    assert run.in_one_call
+    for one, other in zip([run(**own) for own in starts], each, strict=True):
+        agree(one, other, 0.0)
+    for _ in range(2):
+        separate.clear()
+        many = kn.simulate_many(eom, (0, 0.5), q=start["q"], u={**start["u"], name: values}, threads=1, **options)
+        np.testing.assert_allclose(many["end_state"], [sol.states[-1] for sol in each], rtol=0, atol=1e-12)
+    assert separate == []

@@ -223,3 +223,37 @@ class TestWhatComesForAnInput:
     )
     def test_what_is_a_number_passes(self, value: Any) -> None:
         assert kn.simulate(pendulum(0), (0, 0.1), q=[0.7], u=[0], inputs={F: value}, samples=2).status == "finished"
+
+
+def test_parameters_that_only_inputs_contain_are_given_by_name() -> None:
+    """As symbols and names of the equations' parameters are, wherever motions take parameters."""
+    eom, gain, ratio = pendulum(0), kn.parameter("gain", 2.0), kn.parameter("ratio")
+    start: dict[str, Any] = {"q": [0.4], "u": [0.1], "inputs": {F: -gain * theta + ratio * kn.sin(3 * kn.time)}}
+    first = kn.simulate(eom, (0, 1), **start, parameters={gain: 5.0, ratio: 0.7, m: 1.1})
+    second = kn.simulate(eom, 2, start=first, parameters={gain: 1.0})
+    named = {"gain": 5.0, "ratio": 0.7, "m": 1.1}
+    by_name = kn.simulate(eom, (0, 1), **start, parameters=named)
+    assert np.array_equal(by_name.states, first.states)
+    assert np.array_equal(kn.simulate(eom, 2, start=by_name, parameters={"gain": 1.0}).states, second.states)
+    run = kn.prepare(eom, (0, 1), inputs=start["inputs"])
+    assert np.array_equal(run(q=start["q"], u=start["u"], parameters=named).states, first.states)
+    together = {(F,): np.array([-gain, 0.0]) @ np.array([theta, 0]) + ratio * kn.sin(3 * kn.time)}
+    assert np.array_equal(
+        kn.simulate(eom, (0, 1), **start | {"inputs": together}, parameters=named).states, first.states
+    )
+    slopes = kn.fitting.sensitivities(eom, (0, 1), ["gain", "m"], **start, parameters=named, samples=3)
+    assert np.array_equal(
+        slopes.states,
+        kn.fitting.sensitivities(
+            eom, (0, 1), [gain, m], **start, parameters=first.parameters | {gain: 5, ratio: 0.7}, samples=3
+        ).states,
+    )
+
+
+def test_missing_parameters_of_inputs_are_named() -> None:
+    eom, law = pendulum(0), {F: kn.parameter("ratio") * theta}
+    missing = r"every parameter of the input F, got none for ratio\. Pass parameters="
+    with pytest.raises(kn.ValueMissingError, match=missing):
+        kn.simulate(eom, (0, 1), q=[0.4], u=[0], inputs=law)
+    with pytest.raises(kn.ValueMissingError, match=r"got one for 'ration'\. Did you mean ratio"):
+        kn.simulate(eom, (0, 1), q=[0.4], u=[0], inputs=law, parameters={"ration": 1.0})

@@ -52,6 +52,13 @@ class Instances:
         }
         return Instances(len(rows), self.common, columns)
 
+    def by_parameters(self, eom: Equations) -> "Instances":
+        """The same with parameters in place of the inputs that are columns, so that code for one instance runs all."""
+        gains = {s: Parameter.declare(s.name, None, eom.unit(s), s.description, s) for s in self.columns["inputs"]}
+        columns = {**self.columns["parameters"], **{p: self.columns["inputs"][s] for s, p in gains.items()}}
+        common = {**self.common, "inputs": {**(self.common["inputs"] or {}), **gains} or None}
+        return Instances(self.count, common, {**self.columns, "inputs": {}, "parameters": columns})
+
     @property
     def vary_inputs(self) -> bool:
         """Whether inputs differ, directly or by parameters in them."""
@@ -111,17 +118,23 @@ def instances(eom: Equations, given: Mapping[str, Any], design: Mapping[Any, Any
 
 def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol, ...]]:
     """The symbols of each kind; parameters that occur in inputs alone are among the parameters."""
-    inputs = given["inputs"].values() if isinstance(given["inputs"], Mapping) else ()
-    gains = [s for s in free_symbols([v for v in inputs if isinstance(v, Expr)]) if isinstance(s, Parameter)]
     return {
         "q": tuple(eom.coordinates),
         "u": tuple(eom.speeds),
         "states": tuple(eom.states),
-        "parameters": tuple(dict.fromkeys([*eom.system.parameters, *gains])),
+        "parameters": (*eom.system.parameters, *own_parameters(eom, given["inputs"])),
         "inputs": tuple(s for s in eom.inputs if isinstance(s, Input) or "t" in given),
         "t": (time,),
         "rates": tuple(eom.coordinates),
     }
+
+
+def own_parameters(eom: Equations, inputs: Any) -> tuple[Parameter, ...]:
+    """The parameters that occur only in inputs, which may be expressions, and several of them in a list, tuple or array."""
+    given = inputs.values() if isinstance(inputs, Mapping) else inputs if isinstance(inputs, list | tuple) else ()
+    rows = [v.flat if isinstance(v, np.ndarray) else v if isinstance(v, list | tuple) else (v,) for v in given]
+    symbols, known = free_symbols([e for row in rows for e in row if isinstance(e, Expr)]), set(eom.system.parameters)
+    return tuple(s for s in symbols if isinstance(s, Parameter) and s not in known)
 
 
 def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:

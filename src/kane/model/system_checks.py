@@ -53,10 +53,12 @@ def check_inertial(frame: Any) -> None:
 
 
 def check_matter(bodies: tuple[Body, ...], loads: Iterable[Any]) -> None:
-    """Raise ModelError unless there is a body, names of bodies are different, and loads are loads or gravity."""
+    """Raise ModelError unless there is a body, names of bodies are different, and loads are loads or gravity, each listed once."""
     expected = "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …"
     cure = "Give its point or frame: kn.Force(point, vector), kn.Torque(frame, vector)."
     expect.instances(loads, (Load, Gravity), expected, cure)
+    cure = "List it once; a second load of the same kind is another call."
+    expect.different(loads, "each load once in loads=", cure)
     expect.that(bodies, "at least one body", came="none: nothing has mass")
     for b in bodies:
         cure = "A point or frame has no mass: make a body of it."

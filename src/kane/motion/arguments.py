@@ -18,6 +18,7 @@ from kane.motion.right_hand_side import Given, Routines, derivatives, exact
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
+from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import Hook, aligned, doubles, entry, wide_entry
 
 Fill = Callable[[float, Array, Array], None]
@@ -105,6 +106,7 @@ class Arguments:
     `now` are the equations to integrate from time t. The kernel reads and writes s (slots), y (state) and `lag` (rounding error of y).
     `fresh` are events at whose thresholds the motion begins, `hooks` those of other kernels of the motion, too. `self.now.p` is the
     kernel's own array, with the sides of switches.
+    `driving` is the routine of inputs that are expressions, if any.
     """
 
     def __init__(
@@ -123,6 +125,7 @@ class Arguments:
         self.hooks = hooks or Hooks(s, y)
         self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
         self.law = law_of(now.laid, now.eom.inputs)
+        self.driving: CompiledRoutine | None = None
         work = aligned(self.integrator.work(len(y)))
         self.given: Given = {
             "n": len(y),
@@ -161,10 +164,10 @@ class Arguments:
         if self.law is None:
             hook = self._hook()
             return inputs | {"driven": 1, "drive": hook, "single_drive": hook}
-        given = now.routine(driving, *self.law.values).flat
-        own = entry(given)
-        inputs |= {"driven": 2 if follows(now.drives) else 1, **now.hoisted("hd", given, *at)}
-        return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
+        self.driving = routine = now.routine(driving, *self.law.values).flat
+        own = entry(routine)
+        inputs |= {"driven": 2 if follows(now.drives) else 1, **now.hoisted("hd", routine, *at)}
+        return inputs | {"drive": own if width == 1 else wide_entry(routine, width), "single_drive": own}
 
     def hold(self) -> None:
         """Writes the latest values of sampled controllers to r."""

@@ -152,7 +152,6 @@ class KernelConstraints:
         self.rows, self.columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
         self.given = holding_one(now, t, y)
         self.choices, self.steppable = choices(eom), dict[int, Routines]({0: now})
-        self.hoisted = {0: (arguments.now.rates, arguments.given["h"])}
         if len(self.choices) > 1 and not arguments.integrator.implicit:
             self.choose_among()
 
@@ -179,9 +178,8 @@ class KernelConstraints:
             found = on_their_sides(plain)
             if self._is_alike(found):
                 t, y = self.at
-                h = hoisted(found.rates, t, y[: found.width], now.p, now.inputs(t, y))
-                self.rates.put(k, found.rates, h)
-                self.steppable[k], self.hoisted[k], ready[k] = plain, (found.rates, h), 1.0
+                self.rates.put(k, found.rates, hoisted(found.rates, t, y[: found.width], now.p, now.inputs(t, y)))
+                self.steppable[k], ready[k] = plain, 1.0
 
     def completes(self, back: ReturnCode, s: Array) -> bool:
         """Whether the kernel returned because it needs a choice that is not compiled; that choice is then compiled."""
@@ -211,16 +209,6 @@ class KernelConstraints:
         """Resets for another motion, that of `stepper`, whose start is known."""
         self.stepper, stepper.segments = stepper, []
         self.given["held_log"][0] = self.arguments.given["p"][-1] = 0.0
-
-    def hoist(self) -> None:
-        """Evaluates the hoisted operations anew, with the present parameters."""
-        t, y = self.at
-        now, eom = self.arguments.now, self.stepper.eom
-        at = t, y[: now.width]
-        for rates, h in self.hoisted.values():
-            h[:] = hoisted(rates, *at, now.p, now.inputs(t, y))
-        routine = eom.numeric(now.settings).routine(holding).flat
-        self.given["held_h"][:] = hoisted(routine, *at, now.p[: len(eom.parameters)], now.inputs(t, y))
 
     def begin(self, s: Array) -> None:
         """Sets the sizes of A and resets the slots before the first step, in which the kernel measures the constraints."""

@@ -13,21 +13,26 @@ import numpy as np
 
 from kane.analysis.state_checks import start_state
 from kane.equations.equations import Equations
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
+from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
-from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all
+from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all, stops_of
 from kane.motion.course import Method
-from kane.motion.hybrid.contact_automaton import Record
+from kane.motion.hybrid.contact_automaton import Back, Record
 from kane.motion.hybrid.contact_tables import numbers_of
-from kane.motion.inputs.expressions import values
+from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
 from kane.motion.inputs.functions import constant
+from kane.motion.loop import admitted_start
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
 from kane.motion.runner import check_values, judged
 from kane.motion.solution.checks import surely_keeps
 from kane.motion.solution.phases import Indices, Phase, leaps
+from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
+from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.native.machine import Settings
@@ -38,15 +43,13 @@ _ROOM = 2**21
 
 
 def leads_contacts(eom: Equations, drives: Mapping[Expr, Any], method: Method) -> bool:
-    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are the same in all motions."""
+    """Whether motions can run in a batch: only modes of contacts change the equations, and inputs are numbers or expressions."""
     system = eom.system
     return (
         bool(system.contacts)
         and system.modes_change
-        and not system.events
-        and not is_constrained(eom)
+        and all(event.then is None for event in system.events)
         and not switches(eom)
-        and not any(eom.numeric().value(timed))
         and eom.solved.twin is None
         and not any(isinstance(b, Beam) for b in system.bodies)
         and all(same_in_all(f) is not None for f in drives.values())
@@ -94,6 +97,10 @@ class ContactBatch:
         self.t = np.concatenate([span[:1], inside, span[1:]])
         self.routine = eom.numeric(self.settings).routine(judged).flat
         self.functions = [drives[s] for s in eom.inputs]
+        self.parameters = (*eom.parameters, *gains_of(self.functions))
+        varied = [f.expr for f in self.functions if isinstance(f, Formula) and f.values]
+        self.timed = time in free_symbols(varied) or any(eom.numeric().value(timed))
+        self.held = is_constrained(eom)
         self.vary = any(constant(f) is None for f in self.functions)
         self.r = np.array([*(constant(f) or 0.0 for f in self.functions), 0.0], dtype=float)
 
@@ -103,20 +110,36 @@ class ContactBatch:
 
     def taken(self, p: Array) -> tuple[ContactRunner, list[ContactRunner]]:
         """A runner that no other motion uses, and the list to which it must be returned after use."""
-        parameters: dict[Expr, float] = dict(zip(self.eom.parameters, p.tolist(), strict=True))
-        return runner(self.eom, self.method, self.span, (parameters, self.drives), self.settings, self.times)
+        return runner(self.eom, self.method, self.span, self.given(p), self.settings, self.times)
+
+    def given(self, p: Array) -> tuple[dict[Expr, float], dict[Expr, Any]]:
+        """Parameters, and inputs with their values, from a row p of both."""
+        known: dict[Expr, float] = dict(zip(self.parameters, p.tolist(), strict=True))
+        drives = {s: with_value(f, known) for s, f in self.drives.items()}
+        return {s: known[s] for s in self.eom.parameters}, drives
+
+    def _goes_on(self, own: ContactRunner, p: Array) -> bool:
+        """Whether a runner can run a motion with other parameters: the same breakpoints."""
+        return not self.timed or stops_of(self.eom, self.method, self.span, self.given(p)) == own.breakpoints
 
     def run(
-        self, x: Array, p: Array, alone: Callable[[int], None], stops: Callable[[], bool] = lambda: False
+        self,
+        x: Array,
+        p: Array,
+        alone: Callable[[int, Solution | None], None],
+        stops: Callable[[], bool] = lambda: False,
     ) -> Iterator[Led]:
-        """The motions from rows (q, u, a) of x with rows p of parameters, in groups; `alone(row)` is called for the others."""
+        """The motions from rows (q, u, a) of x with rows p of parameters, in groups.
+
+        `alone(row, motion)` is called for a motion that an event ends, or with None for one to be simulated separately.
+        """
         begin = 0
         while begin < len(x) and not stops():
             led, begin = self._led(x, p, begin, alone, stops)
             yield led
 
     def _led(
-        self, x: Array, p: Array, begin: int, alone: Callable[[int], None], stops: Callable[[], bool]
+        self, x: Array, p: Array, begin: int, alone: Callable[[int, Solution | None], None], stops: Callable[[], bool]
     ) -> tuple[Led, int]:
         """The motions from the row `begin` on, as many as fit in one table, and the row after them."""
         which, steps, every = list[int](), list[float](), list[ModeKernel]()
@@ -124,18 +147,26 @@ class ContactBatch:
         own, free = self.taken(p[begin])
         n, room = begin, _ROOM
         while n < len(x) and room > 0 and not stops():
+            if not self._goes_on(own, p[n]):
+                every += own.made
+                free.append(own)
+                own, free = self.taken(p[n])
             own.renew(p[n])
-            if own.leads(x[n]):
+            back = own.leads(x[n])
+            if back is Back.END:
                 which.append(n)
                 steps.append(float(own.s[Slot.STEPS]))
                 records.append(own.completed().copy())
                 records[-1][:, Record.MODE] += len(every)
                 samples.append(own.rows.copy())
                 room -= records[-1].size + samples[-1].size
+            elif back is Back.EVENT:
+                motion, kept = self.motion(own, p[n])
+                alone(n, motion if kept else None)
             else:
                 every += own.made
                 free.append(own)
-                alone(n)
+                alone(n, None)
                 own, free = self.taken(p[n])
             n += 1
         every += own.made
@@ -161,7 +192,9 @@ class ContactBatch:
         rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
         found, r = np.zeros((len(t), 3)), self.r
         if self.vary:
-            r = np.column_stack([values(self.functions, t, y[:, :-1]), np.zeros(len(t))])
+            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) != 1 else p[0], strict=True))
+            functions = [with_value(f, known) for f in self.functions]
+            r = np.column_stack([values(functions, t, y[:, :-1]), np.zeros(len(t))])
         places = (
             (t.copy(), 1),
             (y, y.shape[1]),
@@ -170,6 +203,13 @@ class ContactBatch:
         )
         self.routine.on_rows(*places, out=found)()
         return found
+
+    def motion(self, own: ContactRunner, p: Array) -> tuple[Solution | None, bool]:
+        """The motion that a runner has led, and whether its energy balance certainly holds; None if equations may be singular."""
+        motion = own.motion()
+        found = self.read(motion.t, np.column_stack([motion.states, motion.work]), p[None])
+        regular = found[0, 2] > SURELY_REGULAR
+        return motion if regular else None, regular and self.is_kept(motion.t, found, motion.work, motion.phase)
 
     def is_kept(self, t: Array, found: Array, work: Array, piece: Indices) -> bool:
         """Whether the energy balance of a motion certainly holds, by the results of `read`, the work, and the mode of each row."""
@@ -210,12 +250,18 @@ class ContactCalls:
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """Sets the parameter values of the next motions, after checks."""
-        self.p = np.array([constants[s] for s in eom.parameters])
-        check_values(eom, self.p, self.batch.span)
+        usual = gains_of(self.batch.functions)
+        self.p = np.array([constants.get(s, usual.get(s)) for s in self.batch.parameters])
+        check_values(eom, self.p[: len(eom.parameters)], self.batch.span)
 
     def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
-        """(q, u, a) from start values."""
-        return start_state(eom, *at)
+        """(q, u, a) from start values, on the constraints."""
+        batch = self.batch
+        if not batch.held:
+            return start_state(eom, *at)
+        parameters, drives = batch.given(self.p)
+        stepper = Stepper(eom, self.p[: len(eom.parameters)].copy(), tuple(drives.values()), batch.settings)
+        return admitted_start(stepper, Begin(at[0], at[1], None, at[2]), parameters, batch.span[0])[:-1]
 
     def run(
         self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
@@ -224,17 +270,10 @@ class ContactCalls:
         batch = self.batch
         own, free = batch.taken(self.p)
         try:
-            motion = own.motion() if not is_noted() and own.leads(x) else None
+            led = not is_noted() and own.leads(x) is not None
+            motion, kept = batch.motion(own, self.p) if led else (None, False)
         finally:
             free.append(own)
         if motion is None:
             return None, False
-        found = batch.read(motion.t, np.column_stack([motion.states, motion.work]), self.p[None])
-        if not found[0, 2] > SURELY_REGULAR:
-            return None, False
-        kept = batch.is_kept(motion.t, found, motion.work, motion.phase)
-        end = f"reached t = {batch.span[1]:g}"
-        motion = replace(
-            motion, parameters=constants, status="finished", message=end, _again=again, _options=self.options
-        )
-        return motion, kept
+        return replace(motion, parameters=constants, _again=again, _options=self.options), kept

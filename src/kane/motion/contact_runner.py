@@ -23,7 +23,7 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments, Hooks
 from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import Method
-from kane.motion.hybrid.automaton import glance
+from kane.motion.hybrid.automaton import End, ended_by, glance
 from kane.motion.hybrid.contact_automaton import Back, Record, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
@@ -39,7 +39,7 @@ from kane.motion.hybrid.contact_tables import (
     symbols,
 )
 from kane.motion.inputs.breakpoints import Clock, clock, stretch
-from kane.motion.inputs.expressions import Formula, HeldInput, controllers
+from kane.motion.inputs.expressions import Formula, HeldInput, controllers, gains_of
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import bounded, breakpoints_of, whole
 from kane.motion.methods import chosen, kernel_of
@@ -54,7 +54,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
-from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, KeptCalls, entry
+from kane.program.native.entry import RESULT, CompiledKernel, Hoisting, KeptCalls, entry, hoists_of
 from kane.program.native.machine import Settings
 from kane.progress import Interrupted, far, is_noted
 
@@ -128,6 +128,7 @@ class ContactRunner:
         self.breakpoints = breakpoints
         self.eom, self.method, self.span, self.settings = eom, method, span, settings
         self.parameters, self.inputs = given
+        self.gains = tuple(gains_of(self.inputs.values()))
         self.contacts, n = eom.system.contacts, len(eom.state) + 1
         later = times[times > span[0]]
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
@@ -171,10 +172,14 @@ class ContactRunner:
         """Prepares the next motion, with these parameters and with inputs of the same values."""
         self.parameters, self.inputs = given
         self.late = lambda: False
-        self.renew(np.array([self.parameters[s] for s in self.eom.parameters]))
+        own = gains_of(self.inputs.values())
+        self.renew(np.array([*(self.parameters[s] for s in self.eom.parameters), *own.values()]))
 
     def renew(self, p: Array) -> None:
-        """Resets contacts and constraint solvers and sets the parameters p, so that results do not depend on motions before."""
+        """Resets contacts and constraint solvers, so that results do not depend on motions before, and sets the parameters.
+
+        p are those of the equations, then those of inputs alone.
+        """
         self._forget()
         self.steps = 0
         own = p[self.own_places]
@@ -190,7 +195,7 @@ class ContactRunner:
                 holding.begin(self.s)
                 one.given["held_quiet"][0] = 0.0
         for m in self.turning:
-            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=True)))
+            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=False)))
 
     def _forget(self) -> None:
         """Resets the data of contacts."""
@@ -233,8 +238,8 @@ class ContactRunner:
             raise error
 
     def _places(self, symbols: Iterable[Expr]) -> Indices:
-        """The indices of symbols among the parameters of the motion; the number of these for other symbols."""
-        at: dict[Expr, int] = {s: k for k, s in enumerate(self.eom.parameters)}
+        """The indices of symbols among the parameters of the motion and its inputs; the number of these for other symbols."""
+        at: dict[Expr, int] = {s: k for k, s in enumerate((*self.eom.parameters, *self.gains))}
         return np.array([at.get(s, len(at)) for s in symbols], dtype=np.int64)
 
     def _bound(self, told: Given) -> Given:
@@ -317,14 +322,15 @@ class ContactRunner:
             given[name_] = view
         put_mode(arrays, m, self.eom, mode)
         given |= self.shared | {"lag": self.lag}
-        hoists = [(given[f"hoist_{name_}"], given[name_]) for name_ in given if f"hoist_{name_}" in given]
         looked = arguments.now.routine(glance, *arguments.now.turning).flat
         kernel = kernel_of(name, arguments.now, is_constrained(mode))
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
-        self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
+        self.calls.put(m, (kernel, own_given), hoists_of(given), ((entry(looked), given["hg"]), drive), given["p"])
         self.named[name] = replace(bounded(self.method, self.inputs.values(), self.span), name=name, first=None)
-        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding), self._places(mode.parameters)))
+        self.made.append(
+            ModeKernel(modes, mode, name, given, (arguments, holding), self._places((*mode.parameters, *self.gains)))
+        )
         if any(mode.numeric().value(timed)):
             self.turning.append(m)
         self._admit(m, self.parameters)
@@ -379,12 +385,16 @@ class ContactRunner:
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
-    def leads(self, x: Array) -> bool:
-        """Whether the kernel alone runs from the start x to the end of the span; `records` and `rows` then contain the motion."""
+    def leads(self, x: Array) -> Back | None:
+        """END or EVENT if the kernel alone runs from the start x to the end of the span, or to a terminal event; else None.
+
+        `records` and `rows` then contain the motion.
+        """
         if not self.made:
-            return False
+            return None
         self._sets_out((self.span[0], x, 0.0), self.made[0].method)
-        return Back(self.kernel(known=len(self.made), enter=2, most=self.method.max_steps)) is Back.END
+        back = Back(self.kernel(known=len(self.made), enter=2, most=self.method.max_steps))
+        return back if back in (Back.END, Back.EVENT) else None
 
     def _sets_out(self, at: tuple[float, Array, float], name: str) -> None:
         """Sets the kernel's arguments for a run from t, x and the work done, with the method `name`."""
@@ -466,10 +476,16 @@ class ContactRunner:
         """The array `records`, by rows."""
         return self.arrays["records"][2:].reshape(-1, self.width)
 
-    def motion(self) -> Solution | None:
-        """The completed modes as one motion; None if there are none."""
-        pieces, _ = self._collect(())
-        return pieces[0] if pieces else None
+    def motion(self) -> Solution:
+        """The completed modes as one motion, to the end of the span or to the event that ended the last one."""
+        ((motion,), by), (t, end) = self._collect(()), (self.s[Slot.TIME], self.span[1])
+        over = (
+            ended_by(by, [(event, float(t)) for event in by], acted=True)
+            if self.completed()[-1, Record.EVENT] >= 0
+            else None
+        )
+        over = over or End("finished", f"reached t = {end:g}")
+        return replace(motion, status=over.status, message=over.message, event=over.event)
 
     def completed(self) -> Array:
         """The rows of `records` of completed modes."""
@@ -575,9 +591,7 @@ def runner(
     times: Array,
 ) -> tuple[ContactRunner, list[ContactRunner]]:
     """A runner that no other motion uses, and the list to which it must be returned after use."""
-    inputs = tuple(map(same_in_all, given[1].values()))
-    laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
-    breakpoints = tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
+    inputs, breakpoints = tuple(map(same_in_all, given[1].values())), stops_of(eom, method, span, given)
     kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs, breakpoints)
     free = kept.get(key)
     if any(x is None for x in inputs):  # these belong to one motion
@@ -592,9 +606,17 @@ def runner(
     return found, free
 
 
+def stops_of(
+    eom: Equations, method: Method, span: tuple[float, float], given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]
+) -> tuple[float, ...]:
+    """The breakpoints of a motion with given parameters and inputs."""
+    laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
+    return tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
+
+
 def same_in_all(f: Any) -> float | Expr | None:
-    """The number or expression of an input that is the same in all motions; None for others, such as those with parameters."""
-    return f.expr if isinstance(f, Formula) and not f.values and not f.gains else constant(f)
+    """The number or expression of an input, which is the same in all motions but for parameters; None for functions."""
+    return f.expr if isinstance(f, Formula) else constant(f)
 
 
 def _timed_laws(eom: Equations) -> Clock:

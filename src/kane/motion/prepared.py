@@ -37,8 +37,8 @@ def prepare(
     """Prepare repeated simulations: `run = kn.prepare(eom, span, …)`, then `run(q=…, u=…, parameters=…)` as often as needed.
 
     Each call returns the same motion as `kn.simulate`, bit for bit, but options are checked and code is compiled only once. The
-    overhead of a call is some 40 µs if machine code runs the whole motion (`run.in_one_call`): inputs are numbers, or expressions
-    without parameters, and no event has a Python function as its action. Initial states on constraints are found by iteration,
+    overhead of a call is some 40 µs if machine code runs the whole motion (`run.in_one_call`): inputs are numbers or
+    expressions, and no event has a Python function as its action. Initial states on constraints are found by iteration,
     which takes some milliseconds at the first call; deflections of beams are checked after each motion. Other motions take as long
     as with `kn.simulate`.
 
@@ -96,7 +96,7 @@ class Prepared(Attributes):
         self.equations, self.span = eom, check_span(plan.span)
         self._plan, self._inputs, self._settings, self._check = plan, inputs, settings, check
         self._runners = Runners()
-        runner = single_runner(eom, plan, inputs, settings) if are_fixed(inputs) else None
+        runner = single_runner(eom, plan, inputs, settings) if are_fixed(eom, inputs) else None
         self._runners.is_plain = runner is not None
         if runner is not None:
             self._runners.give_back(runner)

@@ -32,7 +32,16 @@ from kane.expr.piecewise import Piecewise, applied, leaps, on, on_sides, side_sy
 from kane.expr.piecewise import switches as switches_of
 from kane.expr.symbols import Symbol, time
 from kane.motion.inputs.breakpoints import Clock, clock, is_timed
-from kane.motion.inputs.expressions import Number, SharedLaw, law_ports, parts, turning_laws, values
+from kane.motion.inputs.expressions import (
+    Number,
+    SharedLaw,
+    gains_of,
+    law_ports,
+    parts,
+    turning_laws,
+    values,
+    with_value,
+)
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import Mixed, least_constraint
@@ -263,6 +272,12 @@ class Routines(SidedEquations):
         """The inputs that are expressions of the state with switches."""
         return turning_laws(self.drives)
 
+    def driven(self, parameters: Mapping[Expr, Any]) -> "Routines":
+        """The same with other values of parameters in the inputs."""
+        drives, written = (tuple(with_value(f, parameters) for f in own) for own in (self.drives, self.written))
+        gains = gains_of(drives)
+        return replace(self, drives=drives, written=written, numbers=(*gains.values(), *self.numbers[len(gains) :]))
+
     def inputs(self, t: float, y: Array) -> Array:
         """Values of the inputs."""
         return values(self.drives, t, y[: self.width])
@@ -319,11 +334,12 @@ class Routines(SidedEquations):
         return routine(t, y[:, : self.width], self.parameters(routine), self.inputs_all(t, y))
 
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
-        """A number for every symbol of the equations."""
+        """A number for every symbol of the equations and of inputs."""
         eom = self.eom
         symbols = (time, *eom.state, *eom.parameters, *eom.inputs)
         p = self.p[: len(eom.parameters)]
-        return dict(zip(symbols, [t, *y[: self.width], *p, *self.inputs(t, y)], strict=True))
+        known = dict(zip(symbols, [t, *y[: self.width], *p, *self.inputs(t, y)], strict=True))
+        return gains_of(self.drives) | known
 
     def explain(self, t: float, y: Array) -> str:
         """The first operation of the rates whose value is not finite, as text."""

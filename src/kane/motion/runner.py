@@ -2,16 +2,16 @@
 """Repeated motions in one call of machine code: a kernel bound once to its arrays, as `simulate` and `prepare` keep it.
 
 Such motions need no Python between two steps: a kernel decides their constraints, events and switches, and inputs are numbers or
-expressions without parameters. Start, parameters and energy are checked by sufficient conditions in compiled code; if these do not
+expressions. Start, parameters and energy are checked by sufficient conditions in compiled code; if these do not
 hold, the general loop integrates the motion from its beginning (`loop.py`) and decides.
 """
 
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import reduce
 from operator import itemgetter
+from time import monotonic
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -25,6 +25,7 @@ from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.node import constant as constant_node
+from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import KernelConstraints
@@ -34,14 +35,14 @@ from kane.motion.hybrid.automaton import (
     asks_for,
     check_witnesses,
     ended_by_last,
-    evaluated,
     leapt_over,
     on_their_sides,
     phase_after,
     stands_beside,
 )
 from kane.motion.inputs.breakpoints import stretch
-from kane.motion.inputs.functions import asked, constant
+from kane.motion.inputs.expressions import Formula, gains_of
+from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
 from kane.motion.integrators import spelled
 from kane.motion.loop import admitted_start, continued
@@ -53,7 +54,7 @@ from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution, SolutionSegment, some_of
-from kane.motion.start import check_masses, moving, surely_have_mass
+from kane.motion.start import check_breakpoints, check_masses, moving, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
@@ -61,7 +62,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
-from kane.program.native.entry import hoisted
+from kane.program.native.entry import hoisting, hoists_of
 from kane.progress import is_noted, noted, working
 
 _PATIENCE = 0.05
@@ -99,6 +100,8 @@ def _least_pivot(m: list[list[Expr]], others: Sequence[Expr]) -> Expr:
 
 Noted = tuple[Array, Array]
 """Logged events, rows (t, index), and rows of `jumps` (see `Course.noted`)."""
+_ROOM = 64
+"""Numbers for further breakpoints, three each, of motions whose inputs break at other times."""
 _STARTS = 64
 """Number of stored starts of constrained motions, which are found by iteration."""
 
@@ -166,6 +169,12 @@ def _reads_inputs(eom: Equations) -> bool:
     return not set(eom.inputs).isdisjoint(free_symbols(eom.numeric().value(judged).groups["judged"].roots))
 
 
+def stops_of(given: Any, drives: Iterable[Any], span: tuple[float, float]) -> tuple[float, ...]:
+    """The breakpoints given, and those of inputs that are expressions."""
+    own = (t for f in drives if isinstance(f, Formula) for t in f.breakpoints(span))
+    return tuple(sorted({*check_breakpoints(given), *own}))
+
+
 def is_plain(stepper: Stepper, method: Method) -> bool:
     """Whether a kernel can integrate the motion without Python, both before it and between two steps."""
     eom = stepper.eom
@@ -177,8 +186,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
         and not (bool(eom.events) and (eom.numeric().value(asks) or asks_for(stepper.now)))
         and (not switches(eom) or (has_jumps(eom) and not unfit(eom)))
         and not any(eom.numeric().value(timed))
-        and (all(constant(f) is not None for f in stepper.now.drives) or not _reads_inputs(eom))
-        and not asked(stepper.now.drives)
+        and all(constant(f) is not None or isinstance(f, Formula) for f in stepper.now.drives)
     )
 
 
@@ -197,6 +205,9 @@ class Runner:
         self.method, self.span, self.drives, self.options = method, span, drives, options
         self.usual: dict[Expr, float] = {}
         self.told = b""
+        varied = [f for f in drives.values() if isinstance(f, Formula) and f.values]
+        self.varied, self.timed = bool(varied), time in free_symbols([f.expr for f in varied])
+        self.reads = _reads_inputs(stepper.eom) and any(constant(f) is None for f in drives.values())
         self.starts: dict[Any, tuple[Array, Array]] = {}
         self.holding: KernelConstraints | None = None
         self.marks = np.zeros(len(times) + 1)
@@ -210,33 +221,43 @@ class Runner:
         self.s, self.y, self.states = np.zeros(SIZE), np.zeros(n), np.zeros((len(self.t), n))
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
-        self.slots[: Slot.FRESH + 1] = first_slots(method, span, *stretch(method.breakpoints, *span))
         self.slots[Slot.SPAN], self.slots[Slot.PHASE] = span[1] - span[0], span[0]
+        self.pauses = np.zeros(len(pauses(method.breakpoints, span, ())) + _ROOM)
+        self.stop_at(method.breakpoints)
         self.times = np.append(later, np.inf)
         self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
         self.verdict = np.zeros((len(self.few), 3))
+        self.inputs = np.zeros((len(self.few), len(stepper.eom.inputs) + 1))
         self.plain = stepper.now
         self._bind(stepper.now, stepper)
 
     def _bind(self, now: Routines, stepper: Stepper) -> None:
         """Binds the kernel to the parameters of `now`."""
         name, now = self.method.name, on_their_sides(now)
-        self.r = now.inputs(self.span[0], self.y)
         arguments = Arguments(name, now, self.span[0], self.s, self.y)
         self.now = arguments.now
-        table = pauses(self.method.breakpoints, self.span, ())
         more = {"times": self.times, "rows": self.rows, "samples": len(self.rows)}
-        self.given = arguments.given | more | {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
+        self.given = arguments.given | more | {"breakpoints": self.breakpoints, "pauses": self.pauses}
         if is_constrained(stepper.eom):
             self.holding = KernelConstraints(stepper, arguments, self.span[0], self.y)
             self.given |= self.holding.given | {"held_marks": self.marks}
-        places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["single_r"], 0)
+        self.hoist = hoisting(hoists_of(self.given))
+        r = (self.inputs, self.inputs.shape[1]) if self.reads else (self.given["single_r"], 0)
+        places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), r
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
         self.kernel = kernel_of(name, now, self.holding is not None).bound(self.given | {"limit": 0})
 
+    def stop_at(self, breakpoints: tuple[float, ...]) -> None:
+        """Sets the breakpoints of the next motions; there may be too many."""
+        self.method, table = replace(self.method, breakpoints=breakpoints), pauses(breakpoints, self.span, ())
+        self.slots[: Slot.FRESH + 1] = first_slots(self.method, self.span, *stretch(breakpoints, *self.span))
+        self.breakpoints, self.covers = len(table) // 3, len(table) < len(self.pauses)
+        if self.covers:
+            self.pauses[: len(table)] = table
+
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
-        """Sets the values of the parameters for the next motions, after checking them.
+        """Sets the values of the parameters, those of inputs included, for the next motions, after checking them.
 
         Raises
         ------
@@ -244,23 +265,20 @@ class Runner:
             if a value is not admissible
         """
         p = np.array([constants[s] for s in eom.parameters])
-        told = p.tobytes()
+        plain = self.plain.driven(constants) if self.varied else self.plain
+        gains = [*gains_of(plain.drives).values()]
+        told = np.append(p, gains).tobytes()
         if told == self.told:
             return
         check_values(eom, p, self.span)
-        if INTEGRATORS[self.method.name].implicit:
-            now = replace(self.plain, p=p)
-            self._bind(now, Stepper(eom, p, now.drives, now.settings))
-        else:
-            now = self.now
-            now.p[: len(p)] = p
-            at = self.span[0], self.y[:-1], now.p, self.r
-            if self.holding is None:
-                self.given["h"][:] = hoisted(now.rates, *at)
-            else:
-                self.holding.hoist()
-            for name, routine in ({} if now.events is None else evaluated(now)).items():
-                self.given[f"h{name[0]}"][:] = hoisted(routine, *at[:2], now.parameters(routine), self.r)
+        if self.varied:
+            self.drives = dict(zip(eom.inputs, plain.drives, strict=True))
+            if self.timed:
+                self.stop_at(stops_of(self.options["breakpoints"], plain.drives, self.span))
+            self.now = self.now.driven(constants)
+        own = self.given["p"]
+        own[: len(p)], own[len(self.now.p) : len(self.now.p) + len(gains)] = p, gains
+        self.hoist(own)
         self.told = told
 
     def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
@@ -273,10 +291,12 @@ class Runner:
         SimulationError
             if the start is not admissible
         """
+        if not self.covers:
+            return None
         if self.holding is None:
             return start_state(eom, *at)
         p, key = self.now.p[: len(eom.parameters)], _key(at)
-        known = self.starts.get((key, p.tobytes())) if key else None
+        known = self.starts.get((key, self.told)) if key else None
         stepper = Stepper(eom, p.copy(), self.now.drives, self.now.settings)
         if known is None:
             y = admitted_start(stepper, Begin(at[0], at[1], None, at[2]), constants, self.span[0])
@@ -284,7 +304,7 @@ class Runner:
                 return None
             if len(self.starts) >= _STARTS:
                 self.starts.clear()
-            known = self.starts[key, p.tobytes()] = y, stepper.reach
+            known = self.starts[key, self.told] = y, stepper.reach
         stepper.reach = known[1].copy()
         self.holding.restart(stepper)
         return known[0][:-1]
@@ -296,7 +316,7 @@ class Runner:
 
         `constants` are the values of the parameters; `again` repeats the motion.
         """
-        begun = time.monotonic()
+        begun = monotonic()
         self.s[:], self.y[:-1], self.y[-1], self.marks[:] = self.slots, x, 0.0, 0.0
         if self.holding is not None:
             self.holding.begin(self.s)
@@ -319,6 +339,8 @@ class Runner:
             self.states[len(self.rows) + 1 :] = self.y  # the end, if it is not a sample
             if self.some is not self.states:
                 np.take(self.states, self.few, axis=0, out=self.some)
+            if self.reads:
+                self.inputs[:, :-1] = self.now.inputs_all(self.t[self.few], self.some)
             self.judge()
             if self.verdict[0, 2] > SURELY_REGULAR:
                 phase = Phase(constants, self.drives)
@@ -375,7 +397,9 @@ class Runner:
         limit = RECENT if self.now.quantities else LOOKS
         while True:
             t = self.s[Slot.TIME]
-            back = ReturnCode(self.kernel(limit=min(limit, most - int(self.s[Slot.STEPS]))))
+            back = ReturnCode(
+                self.kernel(limit=min(limit, most - int(self.s[Slot.STEPS])), breakpoints=self.breakpoints)
+            )
             if self.now.quantities and back is ReturnCode.LIMIT and self.s[Slot.TIME] - t < HELD * self.s[Slot.SPAN]:
                 return ReturnCode.STANDS, stiffness
             before = copy(stiffness)
@@ -384,7 +408,7 @@ class Runner:
                 continue
             if self.holding is not None and self.holding.completes(back, self.s):
                 continue
-            late = time.monotonic() - begun > _PATIENCE or self.method.max_seconds < np.inf
+            late = monotonic() - begun > _PATIENCE or self.method.max_seconds < np.inf
             if back is not ReturnCode.LIMIT or late or self.s[Slot.STEPS] >= min(most, MANY_STEPS):
                 return back, before
             if self.method.free and stiffness.sets_in(self.s):
@@ -396,7 +420,8 @@ class Runner:
             p = self.now.p[: len(eom.parameters)]
             stepper = Stepper(eom, p, self.now.drives, self.now.settings)
             way = self.span, np.append(x, 0.0), self.times[:-1]
-            return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
+            given = self.given | {"pauses": self.pauses[: 3 * self.breakpoints + 1]}
+            return continued(stepper, self.method, way, phase, (given, stiffness), begun)
 
     def _logged_events(self) -> list[Noted]:
         """Collects from the kernel logged events, one pair of tables for each call, and changes of dependent speeds."""

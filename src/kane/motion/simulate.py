@@ -2,7 +2,7 @@
 """`simulate`: integrate the compiled equations of motion, in machine code or by solvers of SciPy or SUNDIALS; warnings on results."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -17,15 +17,15 @@ from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import Parameter
+from kane.expr.symbols import Input, Parameter
 from kane.model.beams.beam import Beam, doubts
 from kane.motion.course import Method
-from kane.motion.inputs.expressions import Formula, given_parameters
+from kane.motion.inputs.expressions import Formula, by_symbol, given_parameters
 from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import MOST_STEPS, STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
-from kane.motion.runner import Plan, Runner, Runners, SingleRunner, check_values, is_plain
+from kane.motion.runner import Plan, Runner, Runners, SingleRunner, check_values, is_plain, stops_of
 from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
 from kane.motion.solution.resumed import (
@@ -143,7 +143,7 @@ def simulate(
     for told in (t, None if start is None else float(start.t[-1])):
         _check_time(told, *span)
     options, bounds = _options(plan, settings, start)
-    values = inherited_parameters(eom, start, parameters)
+    values = inherited_parameters(eom, start, parameters, inputs)
     constants = parameter_values(eom.system, values)
     check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
     known = given_parameters(values) | constants
@@ -170,7 +170,7 @@ def _runs(eom: Equations) -> Callable[..., Solution]:
 
 def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
     """The runners stored with the equations for a plan with these inputs, used from the second motion on; None if inputs vary."""
-    if not are_fixed(inputs):
+    if not are_fixed(eom, inputs):
         return None
     try:
         if isinstance(plan.samples, np.integer):
@@ -191,15 +191,21 @@ def _plans(eom: Equations) -> Kept[Runners]:
     return Kept()
 
 
-def are_fixed(inputs: Any) -> bool:
-    """Whether each input is a number, or an expression without parameters."""
-    return not inputs or (isinstance(inputs, dict) and all(map(_is_fixed, inputs.values())))
+def are_fixed(eom: Equations, inputs: Any, given: Collection[Any] = ()) -> bool:
+    """Whether each input is a number, or an expression whose parameters may change without further checks.
 
-
-def _is_fixed(value: Any) -> bool:
-    if isinstance(value, Expr):
-        return not any(isinstance(s, Parameter) for s in free_symbols([value]))
-    return isinstance(value, int | float)
+    Parameters that the model does not contain have a default, or are `given`. A motion prescribed by an expression with corners is
+    checked for jumps at given values.
+    """
+    if inputs and not isinstance(inputs, dict):
+        return False
+    laws = [v for v in (inputs or {}).values() if isinstance(v, Expr)]
+    if not all(isinstance(v, Expr | int | float) for v in (inputs or {}).values()):
+        return False
+    varied = [s for s in free_symbols(laws) if isinstance(s, Parameter)]
+    own, moves = {*eom.parameters, *given}, any(not isinstance(s, Input) for s in eom.inputs)
+    bent = moves and not all(Formula(v, {}).smooth for v in laws)
+    return not varied or (not bent and all(s in own or s.default is not None for s in varied))
 
 
 def repeated(
@@ -233,10 +239,11 @@ def by_runner(
 ) -> tuple[Solution | None, bool]:
     """The motion by a runner in exclusive use, and whether its energy balance certainly holds; None if it needs the general loop."""
     q, u, states, parameters = at
+    parameters = by_symbol(eom, parameters, inputs) if inputs else parameters
     if parameters is None:
         runner.usual = runner.usual or parameter_values(eom.system, None)
     constants = dict(runner.usual) if parameters is None else parameter_values(eom.system, parameters)
-    runner.take(eom, constants)
+    runner.take(eom, given_parameters(parameters) | constants)
     again = repeating(None, _given(parameters, inputs, plan.first_step, runner.options))
     x = runner.begin(eom, (q, u, states), constants)
     return (None, False) if x is None else runner.run(eom, x, constants, again)
@@ -263,10 +270,8 @@ def runner_of(
     )
     stepper = Stepper(eom, p, tuple(drives.values()), settings)
     name = chosen(method.name, stepper, stepper.now.drives, method.rtol, method.max_step)
-    places = tuple(t for f in drives.values() if isinstance(f, Formula) for t in f.breakpoints(span))
-    method = replace(
-        method, name=name, free=method.name == AUTO, breakpoints=tuple(sorted({*method.breakpoints, *places}))
-    )
+    stops = stops_of(options["breakpoints"], drives.values(), span)
+    method = replace(method, name=name, free=method.name == AUTO, breakpoints=stops)
     if not is_plain(stepper, method):
         return None
     return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)
@@ -299,7 +304,9 @@ def _method_and_inputs(
 ) -> tuple[Method, Mapping[Expr, Any], dict[str, Any]]:
     """The method, inputs and options of the motions of a plan; inputs may contain `parameters` if these are given."""
     options, bounds = _options(plan, settings, None)
-    known = None if parameters is None else given_parameters(parameters) | parameter_values(eom.system, parameters)
+    parameters = by_symbol(eom, parameters, inputs)
+    usual: dict[Expr, Any] = {p: 1.0 if p.default is None else p.default for p in eom.parameters}
+    known = usual if parameters is None else given_parameters(parameters) | parameter_values(eom.system, parameters)
     return solver(options, bounds), input_functions(eom, inputs, check_span(plan.span), known), options
 
 

@@ -360,3 +360,30 @@ def test_errors_of_actions_are_told_as_they_are():
     eom = kn.derive(system.replace(events=[kn.Event("floor", x, direction=-1, then=then)]))
     with pytest.raises(kn.ArgumentError, match="table ends"):
         sensitivities(eom, (0, 0.8), [x], samples=2, q=[1.0], u=[0.0], inputs={F: -9.81})
+
+
+@pytest.mark.parametrize(
+    ("angle", "method"), [(-0.4, "forward"), (-0.6, "forward"), (-0.9, "forward"), (-0.6, "adjoint")]
+)
+def test_dependent_speeds_that_change_between_few_samples(angle, method):
+    """A part without a sample is differentiated with the equations by which it was integrated, whose speeds are determined there."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    g = kn.parameter("g", 9.81)
+    upper = kn.pin("upper", O, N, axis=N.z)
+    lower = kn.pin("lower", upper.point.at("E", 0.7 * upper.frame.x), upper.frame, axis=N.z)
+    guide = kn.slider("guide", O.at("G", 0.63 * N.x - 0.14 * N.y), N, axis=N.y)
+    tip = lower.point.at("T", 0.5 * lower.frame.x)
+    bodies = [kn.Particle(p.name, p, mass) for p, mass in ((lower.point, 1.0), (tip, 0.8), (guide.point, 0.4))]
+    joints, rod = [upper, lower, guide], kn.distance(tip, guide.point, 0.8)
+    eom = kn.derive(kn.System(N, bodies=bodies, joints=joints, holonomic=[rod], loads=[kn.gravity(-g * N.y)]))
+    start = {"q": {"q_upper": angle, "q_lower": 0.0, "q_guide": kn.guess(-0.5)}, "u": {"u_upper": 1.0, "u_lower": -2.0}}
+    s = kn.fitting.sensitivities(eom, (0, 1.5), ["g"], samples=2, method=method, **start)
+    chosen = [[u.name for u in part.equations.dependent_speeds] for part in s.motion.segments]
+    assert len(chosen) > 1
+    assert chosen[0] != chosen[1]
+    ends = [
+        kn.simulate(eom, (0, 1.5), **start, parameters={g: value}, samples=2, rtol=1e-12, atol=1e-12)["q_guide"][-1]
+        for value in (9.81 - 1e-4, 9.81 + 1e-4)
+    ]
+    assert s["q_guide"][-1, 0] == pytest.approx(np.diff(ends)[0] / 2e-4, rel=1e-5)

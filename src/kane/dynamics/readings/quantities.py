@@ -7,6 +7,7 @@ Rates, accelerations and reactions are replaced by their solved expressions.
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from numbers import Number
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -222,10 +223,12 @@ def evaluate_along(
     states: Any = None,
     *,
     held: bool = True,
+    others: Mapping[Expr, Any] = MappingProxyType({}),
 ) -> Any:
-    """See Equations.evaluate; with `held` False speeds that miss the constraints pass."""
+    """See Equations.evaluate; with `held` False speeds that miss the constraints pass. `others` are values of foreign parameters."""
     wanted = asked(solved.derived, exprs)
     roots, values = wanted.roots, _by_symbol(solved.derived, t, q, u, states, parameters, inputs)
+    values |= others
     known = frozenset(values) if solved.dependent_speeds else frozenset()
     read = solved.readings.get((roots, known), lambda: _reading(solved, roots, known))
     try:

@@ -25,7 +25,7 @@ from kane.motion.derivatives.parameter_slopes import evaluated
 from kane.motion.derivatives.pulling import Laws
 from kane.motion.derivatives.tangent_space import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
-from kane.motion.inputs.expressions import Formula, gains_of
+from kane.motion.inputs.expressions import Formula, gains_of, with_value
 from kane.motion.inputs.functions import constant
 from kane.motion.solution.phases import Phase, same_drive
 from kane.numeric.arrays import Array
@@ -223,7 +223,7 @@ def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlo
 
 def _goes_on(f: Any, g: Any) -> bool:
     """Whether an input is unchanged; parameters in its expression may have other values."""
-    return same_drive(f, g) or (isinstance(f, Formula) and isinstance(g, Formula) and f.whole is g.whole)
+    return same_drive(f, g) or (isinstance(f, Formula) and isinstance(g, Formula) and f.expr is g.expr)
 
 
 def _refuse(found: Sequence[Expr], event: Event) -> None:
@@ -234,7 +234,7 @@ def _refuse(found: Sequence[Expr], event: Event) -> None:
 
 def parameters_of(phase: Phase) -> dict[Expr, Any]:
     """The values of all parameters, those that occur only in inputs included."""
-    return {**gains_of(phase.inputs), **phase.parameters}
+    return {**gains_of(phase.inputs.values()), **phase.parameters}
 
 
 def _values(phase: Phase, by: Sequence[Parameter]) -> Array:
@@ -245,15 +245,9 @@ def _values(phase: Phase, by: Sequence[Parameter]) -> Array:
 def _at(phase: Phase, by: Sequence[Parameter], values: Array) -> Phase:
     """A phase with other parameter values, also within its inputs."""
     new = dict[Expr, Any](zip(by, values.tolist(), strict=True))
-
-    def drive(f: Any) -> Any:
-        if not isinstance(f, Formula):
-            return f
-        own = {**f.values, **f.gains}
-        return Formula(f.whole, {s: new.get(s, v) for s, v in own.items()}, f.state)
-
     return Phase(
-        {s: new.get(s, v) for s, v in phase.parameters.items()}, {s: drive(f) for s, f in phase.inputs.items()}
+        {s: new.get(s, v) for s, v in phase.parameters.items()},
+        {s: with_value(f, new) for s, f in phase.inputs.items()},
     )
 
 

@@ -39,9 +39,9 @@ def clocks(eom: Equations, phase: Phase, more: Iterable[Expr] = ()) -> list[tupl
     drives = [f for f in phase.inputs.values() if isinstance(f, Formula)]
     known = dict[Expr, Any](phase.parameters)
     for f in drives:
-        known |= {**f.values, **f.gains}
+        known |= f.values
     numeric = eom.numeric()
-    laws = [numeric.value(_clock, e) for e in (*(f.whole for f in drives), *more)]
+    laws = [numeric.value(_clock, e) for e in (*(f.expr for f in drives), *more)]
     return [(found, known) for found in (numeric.value(timed), *laws)]
 
 

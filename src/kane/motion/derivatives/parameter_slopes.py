@@ -37,7 +37,7 @@ def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
 
 def law_slopes(now: Routines, by: Sequence[Symbol]) -> dict[Symbol, list[Expr]]:
     """∂r/∂symbols: one row for each input whose expression depends on some of them."""
-    laws = {s: f.whole for s, f in zip(now.eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
+    laws = {s: f.expr for s, f in zip(now.eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
     turned = {s: [tangent(e, {p: ONE}) for p in by] for s, e in laws.items()}
     return {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
 
@@ -48,7 +48,7 @@ def evaluated(exprs: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array
     values: dict[Expr, Any] = {}
     for f in now.drives:
         if isinstance(f, Formula):
-            values |= {**f.values, **f.gains}
+            values |= f.values
     values |= dict(zip(eom.parameters, now.p.tolist(), strict=False)) | dict(zip(eom.state, x.T, strict=True))
     values |= dict(zip(eom.inputs, now.inputs_all(t, x).T, strict=True)) | {time: t}
     return np.array([np.broadcast_to(v, t.shape) for v in evaluate(exprs, values)]).reshape(len(exprs), len(t))

@@ -10,9 +10,9 @@ import numpy as np
 
 from kane import expect
 from kane.equations.equations import Equations, check_equations
+from kane.equations.instances import own_parameters
 from kane.equations.state import GROUPS, Guess, State
 from kane.errors import SimulationError, cut
-from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.adjoint import Adjoint, Seeds
@@ -197,9 +197,7 @@ def interval(given: Any) -> tuple[float, float]:
 
 def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     """The unknowns, in order and without duplicates; `given` are the inputs, whose parameters may be among them."""
-    inputs, known = [e for e in dict(given or {}).values() if isinstance(e, Expr)], set(eom.parameters)
-    free = [s for s in free_symbols(inputs) if isinstance(s, Parameter) and s not in known]
-    own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
+    own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *own_parameters(eom, given))
     listed = [by] if isinstance(by, Symbol | str) else list(by) if isinstance(by, Iterable) else []
     result = tuple(symbols_named("by", own, listed))
     expect.that(bool(result), "some parameters or start values to differentiate by", by, error=SimulationError)

@@ -126,7 +126,7 @@ class Laws:
     """The laws of inputs that are expressions, by symbol; compared and hashed by the identity of the expressions."""
 
     def __init__(self, inputs: Mapping[Any, Any]) -> None:
-        self.whole: dict[Expr, Expr] = {s: f.whole for s, f in inputs.items() if isinstance(f, Formula)}
+        self.whole: dict[Expr, Expr] = {s: f.expr for s, f in inputs.items() if isinstance(f, Formula)}
         self._key = tuple(id(e) for pair in self.whole.items() for e in pair)
 
     def read(self, eom: Equations, exprs: Sequence[Expr]) -> list[Expr]:

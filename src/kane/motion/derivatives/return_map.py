@@ -22,7 +22,7 @@ from kane.model.contacts import laws_of
 from kane.model.declarations import Event, expressions
 from kane.motion.contact_motion import run_over_time
 from kane.motion.derivatives.variation import Again, Differential, Variation
-from kane.motion.inputs.expressions import Formula, given_parameters
+from kane.motion.inputs.expressions import Formula, by_symbol, given_parameters
 from kane.motion.inputs.functions import Function, constant, input_functions
 from kane.motion.right_hand_side import rates
 from kane.motion.runner import check_values
@@ -106,6 +106,7 @@ class ReturnMap:
 
     def known(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Any]:
         """Values of all parameters; those that occur only in inputs are included if specified."""
+        parameters = by_symbol(self.eom, parameters, self.inputs)
         own = parameter_values(self.eom.system, parameters)
         return {**own, **{s: v for s, v in given_parameters(parameters).items() if s not in own}}
 

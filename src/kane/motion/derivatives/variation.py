@@ -13,13 +13,14 @@ at a time that depends on parameters, δx jumps as well (`moved_breakpoints`).
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice, pairwise, takewhile
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
@@ -35,7 +36,7 @@ from kane.motion.inputs.expressions import controllers, turning_laws
 from kane.motion.inputs.functions import follows
 from kane.motion.loop import breakpoints_of
 from kane.motion.right_hand_side import Routines, rates_jump, routines
-from kane.motion.solution.phases import Indices
+from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME, SIX_DIGITS
@@ -81,9 +82,7 @@ class Differential:
         self._watched: tuple[Expr, ...] = ()
         self._moved: list[MovedBreakpoint] = []
 
-    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Slopes, Slopes]:
-        eom = motion.samples[row] if motion.samples else motion.equations
-        phase = motion.phases[int(motion.phase[row])]
+    def _routines(self, eom: Equations, phase: Phase) -> tuple[Routines, Slopes, Slopes]:
         p = np.array([phase.parameters[s] for s in eom.parameters])
         drives = tuple(phase.inputs[s] for s in eom.inputs)
         key = (eom, p.tobytes())
@@ -96,8 +95,8 @@ class Differential:
 
     def side(self, motion: Solution, row: int) -> Side:
         """The motion at a sample; at the first or last sample of a phase, on the side within it of breakpoints at that time."""
-        now, *_ = self._routines(motion, row)
         number, t = int(motion.phase[row]), float(motion.t[row])
+        now, *_ = self._routines(motion.samples[row] if motion.samples else motion.equations, motion.phases[number])
         near = [one.t for one in self._near(t)]
         if near and (row == 0 or motion.phase[row - 1] != number):
             t = max(t, on_from(max(near)))
@@ -166,27 +165,26 @@ class Differential:
         way = np.abs(self.side(motion, 0).rate) * self.length / (2 * np.pi)
         self.scale = sizes_of(motion.equations, np.maximum(np.abs(motion.states).max(axis=0), way), 1e-3)
 
-    def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
-        """Consecutive samples with the same equations: the first and last row of each group."""
-        result, begin = list[tuple[int, int]](), int(rows[0])
-        for row in map(int, rows[1:]):
-            if motion.samples and motion.samples[row] is not motion.samples[begin] and row != rows[-1]:
-                result.append((begin, row))
-                begin = row
-        result.append((begin, int(rows[-1])))
-        return result
+    def _parts(self, motion: Solution, rows: Indices) -> Iterator[tuple[Equations, float, float]]:
+        """The parts of a phase, given by its samples, each integrated with the same equations: these, its first and last time."""
+        eom = motion.samples[rows[0]] if motion.samples else motion.equations
+        first, last = float(motion.t[rows[0]]), float(motion.t[rows[-1]])
+        for other, start in ((s.equations, s.start) for s in motion.segments if first <= s.start < last):
+            if other.system is eom.system:
+                yield eom, first, start
+                eom, first = other, start
+        yield eom, first, last
 
     def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
         """The stretches between changes of equations and breakpoints; the `wanted` samples are among their edges."""
         result, self._moved = list[Stretch](), list[MovedBreakpoint]()
         known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
-            for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
-                known = self._routines(motion, start)
-                t, stop = float(motion.t[start]), float(motion.t[end])
-                breaks = self._breaks(motion, start, (t, stop))
-                x: Array | None = motion.states[start]
-                rows = known_rows[(known_rows > start) & (known_rows <= end)]
+            phase, own_rows = motion.phases[number], np.flatnonzero(motion.phase == number)
+            x: Array | None = motion.states[own_rows[0]]
+            rows = known_rows[(known_rows > own_rows[0]) & (known_rows <= own_rows[-1])]
+            for eom, t, stop in self._parts(motion, own_rows):
+                known, breaks = self._routines(eom, phase), self._breaks(motion, eom, phase, (t, stop))
                 while t < stop:
                     until = next_end(breaks, t, stop)
                     if until > t:
@@ -199,9 +197,8 @@ class Differential:
         self._moved.sort(key=attrgetter("t"))
         return result
 
-    def _breaks(self, motion: Solution, row: int, part: Span) -> list[float]:
-        """The breakpoints within a part of a motion that starts at a sample; adds them with their slopes to `_moved`."""
-        eom, phase = motion.samples[row] if motion.samples else motion.equations, motion.phases[int(motion.phase[row])]
+    def _breaks(self, motion: Solution, eom: Equations, phase: Phase, part: Span) -> list[float]:
+        """The breakpoints within a part of a motion; adds them with their slopes to `_moved`."""
         whole, (low, high) = (part[0], float(motion.t[-1])), part  # pulses are searched over the span of the motion
         room = SAME_TIME * self.length
         moved = moved_breakpoints(eom, phase, (whole[0] - room, whole[1] + room), self.by, self._watched)

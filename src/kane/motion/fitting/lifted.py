@@ -148,11 +148,11 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
     strange = any(not set(free_symbols([e])) <= known for e in values)
     if strange or any(inputs & set(free_symbols([e])) for e in values[1:]):
         return None
-    slopes = [[tangent(f.whole, {p: ONE}) for p in by] for f in drives]
+    slopes = [[tangent(f.expr, {p: ONE}) for p in by] for f in drives]
     if any(unknown & set(free_symbols([e])) for row in slopes for e in row):
         return None
     along = Integrand(wanted[0], np.ones(1), course.map.drives(course.parameters)).checked(eom)
-    if moves_breakpoints(eom, [*(f.whole for f in drives), *along], course.by):
+    if moves_breakpoints(eom, [*(f.expr for f in drives), *along], course.by):
         return None
     edges = cut_at_bends(course, count, along)
     h = np.diff(edges)
@@ -160,9 +160,9 @@ def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, cou
     t = np.clip(edges[:-1] + _C[:, None] * h, *inside)
     base, gain = np.zeros((*t.shape, len(drives))), np.zeros((*t.shape, len(drives), len(by)))
     for i, (f, row) in enumerate(zip(drives, slopes, strict=True)):
-        at: dict[Any, Any] = {**f.values, **f.gains, **dict.fromkeys(by, 0.0), time: t.reshape(-1)}
+        at: dict[Any, Any] = {**f.values, **dict.fromkeys(by, 0.0), time: t.reshape(-1)}
         for place, value in zip(
-            (base[..., i], *np.moveaxis(gain[..., i, :], -1, 0)), evaluate([f.whole, *row], at), strict=True
+            (base[..., i], *np.moveaxis(gain[..., i, :], -1, 0)), evaluate([f.expr, *row], at), strict=True
         ):
             place[...] = np.broadcast_to(value, t.size).reshape(t.shape)
     gain *= sizes

@@ -20,7 +20,7 @@ from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.ops import ADD, SUB, WHERE
 from kane.expr.piecewise import Data, Piecewise, switches, turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import SHARES, left, passages, zero_of
 from kane.numeric.scale import LEAPS, NEAR_TIME
 
@@ -49,12 +49,34 @@ def bumps_of(function: Callable[[Array], Array], span: Span, places: int = PLACE
         return _in_values(times, function(times))
 
 
+def may_have_bumps(terms: Sequence[Expr], parameters: Mapping[Expr, Array], count: int, span: Span) -> Mask:
+    """Whether there may be `bumps` for each of `count` sets of parameters, which are columns."""
+    own, found = [s for s in free_symbols(terms) if s in parameters], np.zeros(count, dtype=bool)
+    times = np.linspace(*span, PLACES)
+    for begin in range(0, count, _ROWS) if terms else ():
+        rows = slice(begin, begin + _ROWS)
+        columns: dict[Expr, Any] = {s: np.broadcast_to(parameters[s], count)[rows, None] for s in own}
+        for values in evaluate(terms, {**columns, time: times}):
+            there = _raised(np.broadcast_to(values, (len(found[rows]), PLACES)))[1]
+            found[rows] |= there.any(axis=1) & (there.mean(axis=1) <= SHARE)
+    return found
+
+
+_ROWS = 64
+"""Number of sets of parameters that are examined at once."""
+
+
+def _raised(values: Array) -> tuple[Array, Mask]:
+    """The distances from the median (… × n), and whether they are substantial."""
+    height = np.abs(values - np.median(values, axis=-1, keepdims=True))
+    return height, height > LEAPS * height.max(axis=-1, keepdims=True)
+
+
 def _in_values(times: Array, values: Array) -> set[float]:
     places = len(times)
     if not np.isfinite(values).all():
         return set()
-    height = np.abs(values - np.median(values))
-    there = height > LEAPS * height.max()
+    height, there = _raised(values)
     edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0))
     runs = edges.reshape(-1, 2).tolist()
     if there.mean() > SHARE or len(runs) > MOST:

@@ -22,17 +22,19 @@ import numpy as np
 from kane import expect
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, cut
+from kane.equations.instances import own_parameters
+from kane.errors import SimulationError, ValueMissingError, cut
 from kane.expr.build import NODE_BUILDERS, add, neg
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import Walk, evaluate, free_symbols
-from kane.expr.node import Expr, constant, postorder
+from kane.expr.node import Expr, postorder
 from kane.expr.ops import CONST, OPS
 from kane.expr.piecewise import Piecewise, switches
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import fold, substituted
 from kane.motion.inputs.breakpoints import breakpoints, by_time, on_from, up_to
 from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port
 from kane.progress import heed
@@ -45,20 +47,18 @@ CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", 
 class Formula:
     """An expression of time and of parameters with given `values`, called with a time.
 
-    If it contains symbols of the `state`, it is called with a time and (q, u). `written` is the expression with symbols for the
-    parameters that the model does not contain, `gains` are the values of these, which `expr` contains as numbers.
+    If it contains symbols of the `state`, it is called with a time and (q, u). `gains` are the parameters that the model does not
+    contain.
     """
 
     expr: Expr
     values: Mapping[Expr, Any]
     state: tuple[Symbol, ...] = ()
-    written: Expr | None = None
-    gains: Mapping[Expr, Any] = field(default_factory=dict)
+    gains: tuple[Expr, ...] = ()
 
-    @property
-    def whole(self) -> Expr:
-        """The expression with symbols for all its parameters."""
-        return self.expr if self.written is None else self.written
+    def at(self, parameters: Mapping[Expr, Any]) -> "Formula":
+        """The same with other values of parameters; those left out keep theirs."""
+        return replace(self, values={s: parameters.get(s, v) for s, v in self.values.items()}) if self.values else self
 
     def __call__(self, t: Any, x: Any = ()) -> float:
         """The value at time t and state x."""
@@ -70,7 +70,7 @@ class Formula:
         return Walk([self.expr])
 
     def __reduce__(self) -> tuple[Callable[..., "Formula"], tuple[Any, ...]]:
-        return Formula, (self.expr, self.values, self.state, self.written, self.gains)
+        return Formula, (self.expr, self.values, self.state, self.gains)
 
     def along(self, t: Array, states: Array) -> Array:
         """The values at times (n) and states (n × (q, u, a))."""
@@ -84,11 +84,10 @@ class Formula:
 
     def derivative(self, order: int = 1) -> "Formula":
         """The nth derivative with respect to time."""
-        expr, whole = self.expr, self.written
+        expr = self.expr
         for _ in range(order):
             expr = tangent(expr, by_time)
-            whole = None if whole is None else tangent(whole, by_time)
-        return Formula(expr, self.values, self.state, whole, self.gains)
+        return replace(self, expr=expr)
 
     def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
         """The times within the span at which it jumps or bends."""
@@ -117,13 +116,19 @@ def formula(
 
     Raises
     ------
+    ValueMissingError
+        if it contains a parameter without a value
     SimulationError
-        if it contains anything but time, the state, and parameters of the model
+        if it contains anything but time, the state, and parameters
     """
-    written, expr = expr, substituted(expr, {s: constant(v) for s, v in gains.items()})
-    own = set(state)
+    own, known = set(state), {**parameters, **gains}
     symbols = [s for s in free_symbols([expr]) if not isinstance(s, Time)]
-    wrong = [f"{s} ({type(s).__name__})" for s in symbols if s not in parameters and s not in own]
+    missing = (s.name for s in symbols if isinstance(s, Parameter) and s not in known)
+    cure = "Pass parameters={…}, or declare a default, kn.parameter(name, default)."
+    expect.none(
+        missing, f"a value for every parameter of the input {name}", "none for {}", cure, error=ValueMissingError
+    )
+    wrong = [f"{s} ({type(s).__name__})" for s in symbols if s not in known and s not in own]
     if wrong:
         kinds, else_ = ("time, coordinates, speeds", "rates or reactions") if state else ("time", "the state")
         raise SimulationError(
@@ -131,21 +136,32 @@ def formula(
             f"model, got the expression {cut(expr)} with {', '.join(wrong)}. Write what depends on {else_} into the model "
             f"instead of {name}."
         )
-    given: dict[Expr, Any] = {s: parameters[s] for s in symbols if s not in own}
-    return Formula(expr, given, state if own.intersection(symbols) else (), written if gains else None, gains)
+    given: dict[Expr, Any] = {s: known[s] for s in symbols if s not in own}
+    return Formula(expr, given, state if own.intersection(symbols) else (), tuple(s for s in given if s in gains))
 
 
 def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Expr, float]:
     """The values of the parameters in an expression that the model does not contain."""
-    own = set(eom.parameters)
-    foreign = [s for s in free_symbols([expr]) if isinstance(s, Parameter) and s not in own]
-    numbers = {s: parameters.get(s, s.default) for s in foreign}
+    numbers = {s: parameters.get(s, s.default) for s in own_parameters(eom, [expr])}
     return {s: float(v) for s, v in numbers.items() if v is not None}
 
 
-def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, float]:
+def gains_of(drives: Iterable[Any]) -> dict[Expr, float]:
     """The values of parameters that occur in inputs alone."""
-    return {s: v for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
+    return {s: f.values[s] for f in drives if isinstance(f, Formula) for s in f.gains}
+
+
+def with_value(drive: Any, parameters: Mapping[Expr, Any]) -> Any:
+    """An input with other values of parameters in its expression, if it is one; those left out keep theirs."""
+    return drive.at(parameters) if isinstance(drive, Formula) else drive
+
+
+def by_symbol(eom: Equations, given: Any, inputs: Any, gains: Iterable[Expr] = ()) -> Any:
+    """A mapping of parameters by symbol or name, by symbol; those that occur only in `inputs`, or are `gains`, may be named, too."""
+    if not isinstance(given, Mapping):
+        return given
+    symbols: dict[Any, None] = dict.fromkeys([*eom.system.parameters, *own_parameters(eom, inputs), *gains])
+    return given_parameters(given) | named_values("parameters", tuple(symbols), given)
 
 
 def given_parameters(given: Any) -> dict[Expr, Any]:
@@ -172,7 +188,7 @@ def _number(place: int) -> Number:
 
 
 class SharedLaw(NamedTuple):
-    """Inputs as expressions with a `Number` in place of each number, and the values of these."""
+    """Inputs as expressions with a `Number` in place of each gain and number, and the values of these, gains first."""
 
     values: tuple[Expr, ...]
     numbers: tuple[float, ...]
@@ -182,15 +198,16 @@ class SharedLaw(NamedTuple):
         return np.append(p, self.numbers)
 
 
-def law(values: Sequence[Expr]) -> SharedLaw:
-    """Expressions with a symbol for each number, identical whatever the numbers and their signs; those of the first come first.
+def law(values: Sequence[Expr], gains: Mapping[Expr, float] = MappingProxyType({})) -> SharedLaw:
+    """Expressions with a symbol for each gain and number, identical whatever the numbers and their signs.
 
-    Numbers absorb signs, and are counted in an order of the terms that does not depend on them, as the order of the arguments of sums
-    and products does.
+    Gains come first, then the numbers of the first expression. Numbers absorb signs, and are counted in an order of the terms that
+    does not depend on them, as the order of the arguments of sums and products does.
     """
     shapes: dict[Expr, tuple[int, bool]] = {}
     made: dict[Signed, Expr] = {}
-    numbers: list[float] = []
+    numbers = [*gains.values()]
+    places = dict[Expr, Expr]((s, _number(k)) for k, s in enumerate(gains, 1))
 
     def argument(node: Expr, sign: int, kept: bool) -> Expr:
         if node.op is not CONST or kept:
@@ -207,7 +224,7 @@ def law(values: Sequence[Expr]) -> SharedLaw:
         return neg(whole) if left < 0 else whole
 
     found: list[Expr] = []
-    for value in values:
+    for value in [substituted(value, places) for value in values]:
         fold(value, shapes, lambda node: _shape(node, shapes))
         stack = [(value, 1)]
         while stack:

@@ -30,6 +30,7 @@ from kane.motion.inputs.expressions import (
     copied,
     formula,
     gains,
+    gains_of,
     law,
 )
 from kane.motion.inputs.smooth import check_smooth
@@ -298,7 +299,7 @@ def constant(f: Function) -> float | None:
 
 def law_and(drives: Sequence[Any], inputs: Sequence[Expr], more: Sequence[Expr]) -> SharedLaw:
     """The `SharedLaw` of the inputs followed by `more`; an input that is computed in Python is represented by its own symbol."""
-    return law([*_written(drives, inputs), *more])
+    return law([*_written(drives, inputs), *more], gains_of(drives))
 
 
 def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> SharedLaw | None:
@@ -308,7 +309,7 @@ def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = Fals
     """
     if asked(drives) and not functions:
         return None
-    return law(_written(drives, inputs))
+    return law(_written(drives, inputs), gains_of(drives))
 
 
 def _written(drives: Sequence[Any], inputs: Sequence[Expr]) -> list[Expr]:

@@ -6,11 +6,13 @@ also run motions with constraints and events (`lanes.py`). Motions with another 
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.expr.node import Expr
 from kane.motion.constraint_kernels import choices, stepping
+from kane.motion.inputs.expressions import gains_of
 from kane.motion.many.lanes import Ends, run_in_lanes, runs_in_lanes
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS
@@ -24,7 +26,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
-from kane.program.native.entry import RESULT, CompiledKernel, KeptCalls
+from kane.program.native.entry import RESULT, CompiledKernel, KeptCalls, hoists_of
 from kane.program.native.machine import Settings
 
 
@@ -99,6 +101,7 @@ class Batch:
 
     def __init__(self, runner: Runner, lanes: bool = False) -> None:
         self.runner, now = runner, runner.now
+        self.breakpoints = runner.method.breakpoints
         self.lanes = _stepper(runner) if lanes else None
         if not lanes:
             self._bind()
@@ -119,18 +122,19 @@ class Batch:
         settings = now.settings or Settings()
         kernel = kernel_of(runner.method.name, now)
         own = given | {"limit": int(min(LOOKS, runner.method.max_steps))}
-        hoists = [(own[f"hoist_{name}"], own[name]) for name in own if f"hoist_{name}" in own]
         drive = own["single_drive"], own["hd"]
         self.calls = KeptCalls(1, settings)
         named = {a.name: own[a.name] for a in kernel.kernel.arguments}
-        self.calls.put(0, (kernel, named), hoists, (drive, drive), own["p"])
+        self.calls.put(0, (kernel, named), hoists_of(own), (drive, drive), own["p"])
         self.kernel = _compiled(settings)
 
     def run(self, x: Array, p: Array, reach: Array | None = None) -> Ran:
-        """The motions from initial (q, u, a), rows of x, with parameters, rows of p; `reach`: magnitudes of the entries of A so far.
+        """The motions from initial (q, u, a), rows of x; `reach`: magnitudes of the entries of A so far.
 
+        Rows of p are the parameters of the equations, then those of inputs alone.
         Changes the parameters of the runner.
         """
+        self.runner.stop_at(self.breakpoints)
         n, samples = len(self.runner.y), len(self.runner.rows)
         states = np.zeros((len(x), len(self.runner.t), n))
         states[:, 0, :-1] = x
@@ -149,7 +153,7 @@ class Batch:
     def _in_lanes(self, states: Array, p: Array, reach: Array | None) -> Ends:
         assert self.lanes is not None
         runner, count = self.runner, len(states)
-        inputs = np.tile(runner.r, (count, 1)).reshape(count, -1)
+        inputs = np.tile(runner.given["single_r"][:-1], (count, 1)).reshape(count, -1)
         spans, times = np.tile(runner.span, (count, 1)), np.tile(runner.times[:-1], (count, 1))
         return run_in_lanes(self.lanes, runner.method, states[:, 0, :-1], p, inputs, spans, times, reach)
 
@@ -201,12 +205,17 @@ class Batch:
         """K, E and the pivot (3 × k × m) at times (k × m) and states (k × m × n), with parameters for each of k motions."""
         (count, m, n), rows = states.shape, t.size
         every = np.repeat(np.append(p, np.zeros((count, 1)), axis=1), m, axis=0)
-        found = np.zeros((rows, 3))
-        places = (
-            (t.reshape(rows), 1),
-            (states.reshape(rows, n), n),
-            (every, every.shape[1]),
-            (self.runner.given["single_r"], 0),
-        )
+        found, (r, width) = np.zeros((rows, 3)), self._inputs(t.reshape(rows), states.reshape(rows, n), every)
+        places = (t.reshape(rows), 1), (states.reshape(rows, n), n), (every, every.shape[1]), (r, width)
         self.routine.on_rows(*places, out=found)()
         return np.moveaxis(found.reshape(count, m, 3), -1, 0)
+
+    def _inputs(self, t: Array, states: Array, p: Array) -> tuple[Array, int]:
+        """The inputs as rows (and their width) at times, states and with rows of parameters; one row, of width 0, if all are alike."""
+        runner, now = self.runner, self.runner.now
+        if not runner.reads:
+            return runner.given["single_r"], 0
+        columns = dict[Expr, Any](zip((*now.eom.parameters, *gains_of(now.drives)), p.T, strict=False))
+        r = np.zeros((len(t), len(now.drives) + 1))
+        r[:, :-1] = now.driven(columns).inputs_all(t, states)
+        return r, r.shape[1]

@@ -2,8 +2,8 @@
 """Many motions of the same equations in vector lanes: the stepping kernel, printed for several instances at once, with a queue.
 
 Each lane has its own time, step, end, parameters, inputs and events, and takes the next instance from the queue when its own has
-ended. Motions are those of one kernel call of an explicit method, with constant inputs. Where a kernel needs Python, it ends the
-instance with the corresponding `ReturnCode`; the instance must then be run individually.
+ended. Motions are those of one kernel call of an explicit method, with inputs that are constant or expressions. Where a kernel needs
+Python, it ends the instance with the corresponding `ReturnCode`; the instance must then be run individually.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -20,6 +20,7 @@ from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import alike, among, choices, entries, holding, holding_one, stepping, wanted
 from kane.motion.course import Method
 from kane.motion.hybrid.automaton import are_beside, asks, evaluated
+from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import constant
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
@@ -80,10 +81,10 @@ def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
     return (
         method.name in INTEGRATORS
         and INTEGRATORS[method.name].queues
-        and not (eom.system.contacts or switches(eom) or unheld(stepper))
+        and not (eom.system.contacts or switches(eom, stepper.now.laws) or unheld(stepper))
         and not (bool(eom.events) and eom.numeric().value(asks))
         and not method.breakpoints
-        and all(constant(f) is not None for f in stepper.now.drives)
+        and all(constant(f) is not None or isinstance(f, Formula) for f in stepper.now.drives)
     )
 
 
@@ -110,6 +111,7 @@ def run_in_lanes(
 ) -> Ends:
     """The motions from `starts` (k × n), with `parameters` (k × p) and `inputs` (k × r), over `spans` (k × 2), at `times` (k × m).
 
+    Parameters of inputs alone follow those of the equations. Inputs that are expressions are evaluated by the kernel.
     Times ascend in each row, after the beginning of the span. Starts satisfy the constraints; `reach` (k × rows × speeds) are the
     largest magnitudes of the entries of A so far. Runs without the interpreter's lock, in its own arrays. If instances require
     dependent speeds that are not compiled yet, these are compiled and the instances run again.
@@ -161,7 +163,7 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
         table["held_reach"][:, :-1] = reach[:, rows, columns]
     begins = np.ones(count, bool)
     if now.events is not None:  # Python decides starts on a threshold
-        begins, values = _beside_no_threshold(now, given, spans[:, 0], table["y"], table)
+        begins, values = _beside_no_threshold(one, given, spans[:, 0], table["y"], table)
         table["seen"][:, : values.shape[1]], table["largest"][:, : values.shape[1]] = values, np.abs(values)
         table["leaves"][:] = 0.0
     stored = {name: sizes[name] for name in SAVED if name in turned}
@@ -176,10 +178,10 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
             "results": results,
             "next": queue.entry,
         }
-        | _codes(now, width, [a.name for a in kernel.kernel.arguments if isinstance(a, Callee)], rates)
+        | _codes(now, one.driving, width, [a.name for a in kernel.kernel.arguments if isinstance(a, Callee)], rates)
         | ({} if rates is None else {"h": rates.table})
         | {name: value for name, value in given.items() if isinstance(value, int)}
-        | {"n": n, "limit": method.max_steps, "samples": m, "driven": 0, "breakpoints": 0}
+        | {"n": n, "limit": method.max_steps, "samples": m, "breakpoints": 0}
     )
     whole = results
     if len(results) < count:
@@ -188,7 +190,7 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
         whole[~begins, : SIZE + n] = np.hstack([table["s"], table["y"]])[~begins]
         whole[~begins, Slot.BACK] = ReturnCode.LOOK
     if now.events is not None:  # also where rounding may cross a threshold at the end
-        beside, _ = _beside_no_threshold(now, given, spans[:, 1], whole[:, SIZE : SIZE + n], table)
+        beside, _ = _beside_no_threshold(one, given, spans[:, 1], whole[:, SIZE : SIZE + n], table)
         across = (whole[:, Slot.BACK] == ReturnCode.END) & ~beside
         whole[across, Slot.BACK], whole[across, Slot.HELD] = ReturnCode.LOOK, 0.0
     return _ends(dict(zip(stored, np.split(whole, np.cumsum([*stored.values()])[:-1], axis=1), strict=True)), times)
@@ -214,9 +216,13 @@ def _among(stepper: Stepper, given: Given, start: Array, width: int) -> Selectio
     return selection
 
 
-def _codes(now: Routines, width: int, callees: list[str], rates: Selection | None) -> dict[str, Entry]:
+def _codes(
+    now: Routines, driving: CompiledRoutine | None, width: int, callees: list[str], rates: Selection | None
+) -> dict[str, Entry]:
     """The routines that a kernel calls, in lanes; the rates fill arguments that are not called."""
     routines: dict[str, tuple[CompiledRoutine, str]] = {}
+    if driving is not None:
+        routines["drive"] = driving, "hoist_hd"
     if now.events is not None:
         routines |= {name: (routine, f"hoist_h{name[0]}") for name, routine in evaluated(now).items()}
     if is_constrained(now.eom):
@@ -229,18 +235,25 @@ def _codes(now: Routines, width: int, callees: list[str], rates: Selection | Non
 
 
 def _beside_no_threshold(
-    now: Routines, given: Given, t: Array, y: Array, table: Mapping[str, Array]
+    one: Arguments, given: Given, t: Array, y: Array, table: Mapping[str, Array]
 ) -> tuple[Mask, Array]:
     """The instances that are certainly not on a threshold of an event at times t and states y, and the event functions there."""
-    routine, count = evaluated(now)["glance"], given["events"]
-    wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
-    x, p, r = y[:, : now.width], table["p"][:, :wanted], table["r"][:, : len(now.drives)]
+    now, count = one.now, given["events"]
+    x, p, r = y[:, : now.width], table["p"], table["r"][:, : len(now.drives)]
     known: Mask = np.array(np.isfinite(np.hstack([x, p, r])).all(axis=1))
     found = np.full((len(t), 2 * count), np.nan)
     if known.any():
-        found[known] = routine(t[known], x[known], p[known], r[known] if now.drives else None)
+        at = t[known], x[known], p[known]
+        own = r[known] if one.driving is None else _at_once(one.driving, *at, r[known])
+        found[known] = _at_once(evaluated(now)["glance"], *at, own)
     values, terms = found[:, :count], found[:, count:]
     return are_beside(now, given, values, terms) & np.isfinite(found).all(axis=1), values
+
+
+def _at_once(routine: CompiledRoutine, t: Array, x: Array, p: Array, r: Array) -> Array:
+    """The results of a routine at many states; p may have more columns than its port."""
+    wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
+    return routine(t, x, p[:, :wanted], r if r.shape[1] else None)
 
 
 def _ends(stored: Mapping[str, Array], times: Array) -> Ends:

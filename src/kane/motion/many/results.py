@@ -13,7 +13,7 @@ from kane.equations.equations import Equations
 from kane.equations.instances import STARTS, Instances, labelled, package
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr
-from kane.expr.symbols import Symbol
+from kane.expr.symbols import Input, Symbol
 from kane.motion.many.tiles import Outcome, Tile
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
@@ -256,7 +256,8 @@ def coordinates(eom: Equations, t: Array, many: Instances, rows: range, variable
         result["axis"] = xarray.Variable("axis", np.array(["x", "y", "z"]))
     for kind, s, column in many.varied:
         name = f"{s}(0)" if kind in STARTS else str(s)
-        told = {"units": eom.unit(s), "long_name": s.description or f"{_VARIED[kind]} {s}"}
+        what = _VARIED["inputs" if isinstance(s.place, Input) else kind]
+        told = {"units": eom.unit(s), "long_name": s.description or f"{what} {s}"}
         values = column[rows.start : rows.stop]
         result[name] = xarray.Variable("instance", values, {key: text for key, text in told.items() if text})
     return result

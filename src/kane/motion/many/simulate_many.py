@@ -138,7 +138,7 @@ def simulate_many(
     checking_functions(eom.derived, check)
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
     given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
-    many = instances(eom, given, designs.quantities(design, sampler, count, seed))
+    many = instances(eom, given, designs.quantities(design, sampler, count, seed)).by_parameters(eom)
     kept = quantities(eom, outputs, reduce)
     own = _Run(eom, many, kept, lambda found: found)
     if by is not None:

@@ -25,10 +25,12 @@ from kane.equations.instances import Instances
 from kane.errors import KaneError, cut, listed_warnings
 from kane.expr.node import Expr
 from kane.expr.symbols import time
+from kane.motion.inputs.breakpoints import clock, may_have_bumps
+from kane.motion.inputs.expressions import Formula, along, gains_of, given_parameters, with_value
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
-from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
-from kane.motion.simulate import by_runner, check_conserved, contacts_of, runner_of, simulate
+from kane.motion.runner import Plan, Runner, check_values, stepped_along, stops_of, surely_admitted
+from kane.motion.simulate import are_fixed, by_runner, check_conserved, contacts_of, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
@@ -69,6 +71,26 @@ class Ensemble:
     lanes: bool | None = None
     states_alone: bool = False
     """Whether only coordinates, speeds and further states are recorded."""
+
+    @property
+    def alike(self) -> bool:
+        """Whether one runner can run all instances: inputs are the same, or expressions that differ by parameters."""
+        own = self.instances
+        given = {*own.columns["parameters"], *(own.common["parameters"] or {})}
+        laws = are_fixed(self.eom, own.common["inputs"], given)
+        return not own.vary_inputs or (laws and not own.columns["inputs"])
+
+    def drives(self, k: int, runner: "Runner | ContactBatch", constants: Mapping[Expr, float]) -> Mapping[Expr, Any]:
+        """The inputs of the kth instance, with the values of its parameters."""
+        known = {**given_parameters(self.instances.at(k)["parameters"]), **constants}
+        return {s: with_value(f, known) for s, f in runner.drives.items()}
+
+    def parameters(self, p: Array, places: Sequence[int], drives: Mapping[Expr, Any]) -> Array:
+        """Rows of parameters for instances: rows p of those of the equations, then those of inputs alone."""
+        own = gains_of(drives.values())
+        known = {**own, **(self.instances.common["parameters"] or {}), **self.instances.columns["parameters"]}
+        columns = [np.broadcast_to(known[s], self.instances.count)[list(places)] for s in own]
+        return np.column_stack([p, *columns])
 
     def runner(self, k: int = 0) -> Runner | None:
         """A runner with the inputs of the kth instance; None if Python is called between steps."""
@@ -117,14 +139,15 @@ class Pool:
 
     def __init__(self, family: Ensemble, first: Runner) -> None:
         self.family = family
-        self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
+        self.alike = family.alike
+        self.lanes = _in_lanes(family, first) if self.alike else None
         # the deflection of a beam must be checked at each start against the range of its equations
         held = self.lanes is not None and first.holding is not None and not first.bends
         self.nearest = _nearest(family, first) if held else None
         self._free = [self._bound(first)]
 
     def _bound(self, runner: Runner | None) -> TileRunner:
-        if runner is None or self.family.instances.vary_inputs:
+        if runner is None or not self.alike:
             return TileRunner(None)
         if self.lanes is not None:
             own = self.lanes.runner()
@@ -148,32 +171,40 @@ class ContactPool:
 
     def __init__(self, family: Ensemble, batch: "ContactBatch") -> None:
         self.family, self.batch = family, batch
+        self.nearest = _nearest(family, batch) if batch.held else None
 
     def run(self, tile: range, stop: Flag) -> Tile:
         """The outcomes of a tile; after `stop` no instance is simulated individually."""
         family, batch = self.family, self.batch
-        begun, found = _begun(family, batch.span, tile)
+        begun, found = _held(family, batch, tile, self.nearest) if batch.held else _begun(family, batch.span, tile)
         if not begun.places:
             return Tile(found)
 
-        def alone(n: int) -> None:
-            if not stop.is_set():
+        def alone(n: int, motion: Solution | None = None) -> None:
+            if motion is not None:
+                found[begun.places[n]] = Outcome(replace(motion, parameters=begun.start(n).constants(family.eom)))
+            elif not stop.is_set():
                 found[begun.places[n]] = decided(_simulated, family, begun.places[n])
 
         finished = list[Finished]()
-        for led in batch.run(begun.x, begun.p, alone, stop.is_set):
-            kept = batch.judged(led, begun.p)
+        p = family.parameters(begun.p, begun.places, batch.drives)
+
+        def known(n: int) -> dict[Expr, float]:
+            return {**begun.start(n).usual, **dict(zip(batch.parameters, p[n].tolist(), strict=True))}
+
+        for led in batch.run(begun.x, p, alone, stop.is_set):
+            kept = batch.judged(led, p)
             for n in led.which[~kept].tolist():
                 alone(n)
             if kept.any():
-                table = batch.table(led, kept, lambda n: begun.start(n).constants(family.eom), not family.states_alone)
+                table = batch.table(led, kept, known, not family.states_alone)
                 finished.append(Finished([begun.places[n] for n in led.which[kept]], led.steps[kept], table))
         return Tile(found, finished)
 
 
 def _contacts(family: Ensemble, k: int) -> ContactPool | None:
     """The runner of tiles with contacts, if their kernel can run the motions; the kth instance determines this."""
-    if not family.eom.system.contacts or family.check or family.instances.vary_inputs:
+    if not family.eom.system.contacts or family.check or not family.alike:
         return None
     given = family.instances.at(k)
     batch = contacts_of(family.eom, family.plan, given["inputs"], family.settings, given["parameters"] or {})
@@ -215,13 +246,15 @@ def _in_one_call(
 ) -> Tile:
     """The outcomes of a tile by one call; instances that it does not complete are run individually."""
     begun, found = starts
+    if batch.runner.timed:
+        begun = _with_breakpoints(family, batch, begun, found)
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
-    ran = batch.run(begun.x, begun.p, begun.reach)
+    ran = batch.run(begun.x, family.parameters(begun.p, begun.places, batch.runner.drives), begun.reach)
     together = ran.done & ran.kept & (not family.check)
     for n in map(int, np.flatnonzero(~together)):
         k = begun.places[n]
-        found[k] = decided(_judged, family, batch, ran, n, begun.start(n)) if ran.done[n] else Outcome(None)
+        found[k] = decided(_judged, family, batch, ran, n, begun) if ran.done[n] else Outcome(None)
     finished = [_together(family, batch, ran, np.flatnonzero(together), begun)] if together.any() else []
     return Tile(_one_by_one(family, bound, found), finished)
 
@@ -233,25 +266,54 @@ def _one_by_one(
     return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
 
 
-def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
+def _with_breakpoints(family: Ensemble, batch: Batch, begun: "Starts", found: dict[int, Outcome[Solution]]) -> "Starts":
+    """The starts of motions with the breakpoints of the batch; the others are open."""
+    count, eom, runner = len(begun.places), family.eom, batch.runner
+    columns = (*eom.parameters, *gains_of(runner.drives.values()))
+    values = dict[Expr, Any](zip(columns, family.parameters(begun.p, begun.places, runner.drives).T, strict=True))
+    clocks = [clock([f.expr]) for f in runner.drives.values() if isinstance(f, Formula)]
+    doubtful = np.full(count, bool(batch.breakpoints) or any(own.turning for own in clocks))
+    for own in clocks:
+        doubtful |= may_have_bumps(own.pulses, values, count, runner.span)
+    kept = np.ones(count, dtype=bool)
+    for n in np.flatnonzero(doubtful).tolist():
+        drives = family.drives(begun.places[n], runner, begun.start(n).constants(eom)).values()
+        kept[n] = stops_of(family.plan.breakpoints or (), drives, runner.span) == batch.breakpoints
+    found |= {k: Outcome[Solution](None) for k, own in zip(begun.places, kept, strict=True) if not own}
+    return begun.of(np.flatnonzero(kept))
+
+
+def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, begun: "Starts") -> Solution:
     """The nth motion of a batch as a single solution."""
-    runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
+    runner, phase, start = batch.runner, _phase(family, batch.runner, begun, n), begun.start(n)
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
         met, changed = ran.met[n] if ran.met else None, batch.changes(ran, n)
         stepper = None
         if runner.holding is not None:
-            stepper = Stepper(family.eom, start.p, (*runner.drives.values(),), family.settings)
+            stepper = Stepper(family.eom, start.p, (*phase.inputs.values(),), family.settings)
         motion = runner.ended(family.eom, phase, stepper, ran.states[n], ran.told[n], met, changed)
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
+
+
+def _phase(family: Ensemble, runner: "Runner | ContactBatch", begun: "Starts", n: int) -> Phase:
+    """The parameters and inputs of a motion."""
+    constants = begun.start(n).constants(family.eom)
+    return Phase(constants, family.drives(begun.places[n], runner, constants))
 
 
 def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
     """Motions of a batch as one table; with a phase for each set of parameters if more than states is recorded."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
-    phases = tuple(Phase(begun.start(k).constants(eom), runner.drives) for k in own)
+    drives, places = dict(runner.drives), [begun.places[k] for k in own]
+    given = family.parameters(begun.p[own], places, drives).tolist()
+    columns = (*eom.parameters, *gains_of(drives.values()))
+    phases = tuple(
+        Phase({**begun.start(k).usual, **dict(zip(columns, row, strict=True))}, drives)
+        for k, row in zip(own, given, strict=True)
+    )
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
     every = [batch.changes(ran, k) for k in which] if any(ran.changes) and not family.states_alone else []
@@ -291,14 +353,18 @@ class Starts(NamedTuple):
             self.x[n], self.p[n], self.usual[n % len(self.usual)], None if self.reach is None else self.reach[n]
         )
 
+    def of(self, rows: Indices) -> "Starts":
+        """Some of them."""
+        usual = self.usual if len(self.usual) < len(self.places) else [self.usual[n] for n in rows]
+        reach = None if self.reach is None else self.reach[rows]
+        return Starts([self.places[n] for n in rows], self.x[rows], self.p[rows], reach, usual)
+
     def and_then(self, other: "Starts") -> "Starts":
         """The concatenation of both, with constraints."""
         if not other.places or not self.places:
             return other if other.places else self
-        assert self.reach is not None
-        assert other.reach is not None
         x, p = np.concatenate([self.x, other.x]), np.concatenate([self.p, other.p])
-        reach = np.concatenate([self.reach, other.reach])
+        reach = None if self.reach is None or other.reach is None else np.concatenate([self.reach, other.reach])
         usual = [one.usual[n % len(one.usual)] for one in (self, other) for n in range(len(one.places))]
         return Starts([*self.places, *other.places], x, p, reach, usual)
 
@@ -336,7 +402,7 @@ def _begun(family: Ensemble, span: tuple[float, float], tile: range) -> tuple[St
 
 
 def _held(
-    family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
+    family: Ensemble, runner: "Runner | ContactBatch", tile: range, nearest: NearestStates | None
 ) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The initial states of a tile on the constraint manifold: computed together, and one by one where in doubt."""
     sure = None if nearest is None else decided(_sure, family, runner, tile, nearest).found
@@ -346,7 +412,7 @@ def _held(
     return own if sure is None else sure.and_then(own), failed
 
 
-def _sure(family: Ensemble, runner: Runner, tile: range, nearest: NearestStates) -> "Starts":
+def _sure(family: Ensemble, runner: "Runner | ContactBatch", tile: range, nearest: NearestStates) -> "Starts":
     """The initial states of a tile that are not in doubt."""
     eom, poses = family.eom, _poses(family, runner, tile)
     found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
@@ -367,7 +433,7 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
     return Starts([*rows], x, p, reach, [s.usual for s in own]), failed
 
 
-def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
+def _nearest(family: Ensemble, runner: "Runner | ContactBatch") -> NearestStates | None:
     """The states nearest to the first instance that can be assembled; None if none of a few can, or if q or u is missing."""
     known = all(family.instances.at(0)[kind] is not None for kind in ("q", "u"))
     for k in range(min(_TRIED, family.instances.count) if known else 0):
@@ -376,15 +442,14 @@ def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
     return None
 
 
-def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
+def _poses(family: Ensemble, runner: "Runner | ContactBatch", rows: range) -> Poses:
     """Some of the instances as states at the initial time."""
     own = family.instances.part(rows)
-    common = {
-        **own.common,
-        "t": {time: runner.span[0]},
-        "inputs": dict(zip(family.eom.inputs, runner.r.tolist(), strict=False)),
-    }
-    columns = {**own.columns, "t": {}, "inputs": {}}
+    known: dict[Expr, Any] = {**(own.common["parameters"] or {}), **own.columns["parameters"]}
+    t, drives = np.full(own.count, runner.span[0]), [with_value(f, known) for f in runner.drives.values()]
+    values = [np.zeros(own.count) if getattr(f, "of_state", False) else along(f, t, t[:, None]) for f in drives]
+    common = {**own.common, "t": {time: runner.span[0]}, "inputs": None}
+    columns = {**own.columns, "t": {}, "inputs": dict(zip(family.eom.inputs, values, strict=True))}
     return Poses(family.eom, in_numbers(replace(own, common=common, columns=columns)), {})
 
 
@@ -403,16 +468,21 @@ def _checked_start(family: Ensemble, span: tuple[float, float], k: int) -> Start
     return start
 
 
-def _projected_start(family: Ensemble, runner: Runner, k: int) -> Start | None:
+def _projected_start(family: Ensemble, runner: "Runner | ContactBatch", k: int) -> Start | None:
     """The initial state of the kth instance on its constraints; None if a kernel cannot decide it."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
-    runner.take(eom, constants)
-    x = None if at["q"] is None or at["u"] is None else runner.begin(eom, (at["q"], at["u"], at["states"]), constants)
-    if x is None or runner.holding is None:
+    one = runner if isinstance(runner, Runner) else runner.single()
+    one.take(eom, given_parameters(at["parameters"]) | constants)
+    x = None if at["q"] is None or at["u"] is None else one.begin(eom, (at["q"], at["u"], at["states"]), constants)
+    if x is None:
         return None
-    p, reach = np.array([constants[s] for s in eom.parameters]), runner.holding.stepper.reach
-    return Start(x.copy(), p, constants, reach.copy())
+    holding = runner.holding if isinstance(runner, Runner) else None
+    p, reach = (
+        np.array([constants[s] for s in eom.parameters]),
+        None if holding is None else holding.stepper.reach.copy(),
+    )
+    return Start(x.copy(), p, constants, reach)
 
 
 def _checked(family: Ensemble, motion: Solution) -> Solution:

@@ -17,7 +17,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of
-from kane.motion.inputs.expressions import Formula, HeldInput, SampleAndHold, formula, gains_of, value
+from kane.motion.inputs.expressions import Formula, HeldInput, SampleAndHold, by_symbol, formula, gains_of, value
 from kane.motion.inputs.functions import Recorded, constant
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
@@ -96,17 +96,16 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
     ), span
 
 
-def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> Any:
-    """The parameters given, completed by those of the last phase of `start`."""
+def inherited_parameters(eom: Equations, start: Solution | None, given: Any, inputs: Any) -> Any:
+    """The parameters given, of the equations and of `inputs`, completed by those of the last phase of `start`."""
     if start is None:
-        return given
+        return by_symbol(eom, given, inputs)
     names = {p.name: p for p in eom.parameters}
     last = last_phase(start)
-    kept: dict[Expr, Any] = {names.get(str(s), s): v for s, v in gains_of(last.inputs).items()}
+    kept: dict[Expr, Any] = {names.get(str(s), s): v for s, v in gains_of(last.inputs.values()).items()}
+    own = by_symbol(eom, given, inputs, kept)
     kept |= {names[str(p)]: v for p, v in last.parameters.items() if str(p) in names}
-    known = {*names, *names.values()}
-    own = {k: v for k, v in given.items() if k not in known} if isinstance(given, Mapping) else {}
-    return {**kept, **named_values("parameters", eom.parameters, given), **own}
+    return {**kept, **(own if isinstance(own, Mapping) else named_values("parameters", eom.parameters, own))}
 
 
 def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters: Mapping[Expr, Any]) -> Any:
@@ -139,8 +138,8 @@ def _again(
             "the values of its function at the samples were saved."
         )
     if isinstance(drive, Formula):
-        own = {s: float(parameters.get(s, v)) for s, v in drive.gains.items()}
-        return formula(name, drive.whole, {**drive.values, **parameters}, drive.state or state, own)
+        own = {s: float(parameters.get(s, v)) for s, v in gains_of([drive]).items()}
+        return formula(name, drive.expr, {**drive.values, **parameters}, drive.state or state, own)
     if isinstance(drive, HeldInput):
         return HeldInput(held.setdefault(id(drive.group), drive.group.copy()), drive.place)
     return drive

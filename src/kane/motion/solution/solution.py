@@ -19,15 +19,14 @@ from kane.equations.equations import Equations
 from kane.equations.mode_equations import equations_in
 from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import Expr, constant
+from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
-from kane.expr.visit import substituted
 from kane.model.constraints import Constraint
 from kane.model.contact_modes import in_mode
 from kane.model.contacts import Modes
 from kane.model.declarations import Event
 from kane.model.loads import Load
-from kane.motion.inputs.expressions import along, gains_of
+from kane.motion.inputs.expressions import along, gains_of, with_value
 from kane.motion.inputs.functions import recorded
 from kane.motion.right_hand_side import sides
 from kane.motion.solution.accuracy import REPEATED, Accuracy, accuracy, between
@@ -234,12 +233,13 @@ class Solution(Attributes):
         """Values (n each) of expressions at samples of a phase, whose parameters may have a value for each."""
         t, states = self.t[at], self.states[at]
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
+        drives = {s: with_value(f, phase.parameters) for s, f in phase.inputs.items()}
+        inputs = {s: along(f, t, states) for s, f in drives.items()}
         exprs = in_mode(eom.system.contacts, eom.system.modes, exprs)
-        if own := gains_of(phase.inputs):
-            numbers = {s: constant(v) for s, v in own.items()}
-            exprs = [substituted(e, numbers) for e in asked(eom.derived, exprs).roots]
-        values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
+        others = gains_of(drives.values())
+        values = evaluate_along(
+            eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False, others=others
+        )
         return [np.broadcast_to(v, t.shape) for v in values]
 
     def rates(self) -> Array:

@@ -189,6 +189,26 @@ class Hoisting:
         return self._h.copy()
 
 
+Hoisted = Sequence[tuple[Entry, Array]]
+"""Hoisting functions, and the h of each."""
+
+
+def hoists_of(given: Mapping[str, Any]) -> Hoisted:
+    """The hoisting functions among the arguments of a kernel."""
+    return [(given[f"hoist_{name}"], given[name]) for name in given if f"hoist_{name}" in given]
+
+
+def hoisting(pairs: Hoisted) -> Callable[[Array], None]:
+    """A function of the parameters p (aligned doubles) that computes h of each pair."""
+    calls = [(f.library.function(f.symbol, None, _POINTER, _POINTER), h.ctypes.data) for f, h in pairs]
+
+    def hoist(p: Array) -> None:
+        for call, h in calls:
+            call(p.ctypes.data, h)
+
+    return hoist
+
+
 def hoisted(routine: CompiledRoutine, *values: Any) -> Array:
     """h for values of all ports; see `Hoisting`."""
     return Hoisting(routine)(*values)
@@ -288,7 +308,7 @@ class KeptCalls:
         self,
         k: int,
         kernel: tuple[CompiledKernel, Mapping[str, Any]],
-        hoists: Sequence[tuple[Entry, Array]],
+        hoists: Hoisted,
         routines: Sequence[tuple[Entry, Array]],
         p: Array,
     ) -> None:

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Many motions, and prepared ones, whose inputs differ by parameters are those of `kn.simulate`, and one kernel runs them all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import four_bar, pendulum_on_cart
+from tests.motion.many.separate import simulated_separately
+
+KP, KD, W, MOST = kn.parameter("kp", 40.0), kn.parameter("kd", 8.0), kn.parameter("w"), kn.parameter("most", 3.0)
+COUNT = 70
+
+
+@pytest.fixture
+def separate(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The instances that were simulated separately."""
+    return simulated_separately(monkeypatch)
+
+
+def cart() -> tuple[kn.Equations, kn.Expr, kn.Expr]:
+    """A driven pendulum on a cart, a law that holds it, and the mass of the cart."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    (x, theta), (u1, u2) = eom.coordinates, eom.speeds
+    return eom, KP * theta + KD * x + 2 * u2 - 3 * u1, eom.parameters[1]
+
+
+def shaken() -> kn.Equations:
+    """A pendulum whose pivot is moved along a given path, so that its kinetic energy contains inputs."""
+    N, q, u = kn.Frame("N"), kn.coordinate("q"), kn.speed("u")
+    g, l, m, r = kn.parameter("g", 9.81), kn.parameter("l", 0.6), kn.parameter("m", 1.3), kn.input("r", "m")
+    O = kn.Point("O", fixed_in=N)
+    B = N.rotate("B", q, N.z)
+    P = O.at("A", r * N.x).at("P", -l * B.y)
+    return kn.derive(kn.System(N, bodies=[kn.Particle("bob", P, m)], speeds={u: q.dt}, loads=[kn.gravity(-g * N.y)]))
+
+
+def stopped() -> kn.Equations:
+    """A mass on a spring, pushed by an input, that is thrown back by a wall."""
+    N, x, v = kn.Frame("N"), kn.coordinate("x"), kn.speed("v")
+    m, k, F = kn.parameter("m", 2.0), kn.parameter("k", 30.0), kn.input("F")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    wall = kn.Event("wall", x - 0.25, direction=1, then={v: -0.5 * v})
+    loads = [kn.Force(P, (F - k * x) * N.x)]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("mass", P, m)], speeds={v: x.dt}, loads=loads, events=[wall]))
+
+
+def driven() -> kn.Equations:
+    """A four-bar with a torque on its crank."""
+    system: Any = four_bar.system()
+    torque = kn.Torque(system.bodies[0].frame, kn.input("T", "N*m") * system.inertial.z)
+    return kn.derive(system.replace(loads=[*system.loads, torque]))
+
+
+def ways(name: str, rng: np.random.Generator) -> tuple[kn.Equations, dict[str, Any], dict[str, Any], dict[Any, Any]]:
+    """Equations, start values, inputs, and columns of parameters or inputs."""
+    some, other = rng.uniform(20, 60, COUNT), rng.uniform(1, 3, COUNT)
+    if name.endswith("path"):
+        path = {"r": 0.1 * kn.sin(W * kn.time)} if name.startswith("a prescribed") else {}
+        return shaken(), {"q": [0.2], "u": [0.0]}, path, {W: 3 * other} if path else {"r": other}
+    if name == "an event":
+        eom = stopped()
+        law = KP / 5 * kn.cos(W * kn.time) - KD * eom.speeds[0]
+        return eom, {"q": [0.0], "u": [0.0]}, {"F": law}, {W: 2 * other, KP: some}
+    if name == "constraints":
+        eom = driven()
+        (turn, *_), (speed, *_) = eom.coordinates, eom.speeds
+        return eom, {"q": {turn: 1.0}, "u": {speed: 2.0}}, {"T": -W * speed}, {W: other / 10}
+    eom, law, mass = cart()
+    start = {"q": {"x": 0.1, "theta": rng.uniform(-0.3, 0.3, COUNT)}, "u": [0, 0]}
+    laws: dict[str, tuple[dict[str, Any], dict[Any, Any]]] = {
+        "gains": ({"F": law}, {KP: some, KD: other}),
+        "a parameter of the model": ({"F": law * mass}, {"M": other}),
+        "time": ({"F": KP / 10 * kn.sin(W * kn.time)}, {W: other, KP: some}),
+        "columns": ({}, {"F": some / 30}),
+        "saturation": ({"F": kn.where(kn.less(law, MOST), law, MOST)}, {MOST: other}),
+        "pulses": ({"F": kn.exp(-(((kn.time - W) / 0.02) ** 2)) * KP}, {W: other, KP: some}),
+        "steps": ({"F": kn.where(kn.less(kn.time, W), KP / 20, 0.0)}, {W: other, KP: some}),
+    }
+    return eom, start, *laws[name]
+
+
+NAMES = (
+    "gains",
+    "a parameter of the model",
+    "time",
+    "columns",
+    "saturation",
+    "pulses",
+    "steps",
+    "a prescribed path",
+    "a constant path",
+    "an event",
+    "constraints",
+)
+
+
+@pytest.mark.parametrize("lanes", [False, True])
+@pytest.mark.parametrize("name", NAMES)
+def test_one_kernel_runs_inputs_that_differ(
+    name: str, lanes: bool, rng: np.random.Generator, separate: list[Any]
+) -> None:
+    eom, start, inputs, columns = ways(name, rng)
+    given: dict[str, Any] = {"parameters": {s: v for s, v in columns.items() if not is_input(eom, s)}}
+    moved = {s: v for s, v in columns.items() if is_input(eom, s)}
+    outputs = {str(s): s for s in eom.state} | {"force": eom.inputs[0], "change": eom.accelerations[0]}
+    options: dict[str, Any] = {"samples": 9, "method": "vern9", "settings": kn.Settings(contract=False)}
+    runs = kn.simulate_many(
+        eom, (0, 4), **start, inputs={**inputs, **moved}, outputs=outputs, lanes=lanes, **given, **options
+    )
+    for k in range(0, COUNT, 10):
+        one = kn.simulate(
+            eom,
+            (0, 4),
+            **{kind: at(values, k) for kind, values in start.items()},
+            inputs={**inputs, **at(moved, k)},
+            parameters=at(given["parameters"], k),
+            max_seconds=1e3,
+            **options,
+        )
+        rows = np.searchsorted(one.t, runs["t"].values, side="right") - 1
+        for label, what in outputs.items():
+            exact = 1e-11 * np.abs(one[what]).max() if name == "constraints" else 0.0
+            np.testing.assert_allclose(runs[label].values[k], one[what][rows], rtol=0, atol=exact)
+    assert set(runs["status"].values) == {"finished"}
+    assert separate == []
+
+
+def is_input(eom: kn.Equations, key: Any) -> bool:
+    return isinstance(key, str) and key in {s.name for s in eom.inputs}
+
+
+def at(values: Any, k: int) -> Any:
+    """The values of an instance."""
+    if not isinstance(values, dict):
+        return values
+    return {s: float(v[k]) if isinstance(v, np.ndarray) else v for s, v in values.items()}
+
+
+@pytest.mark.parametrize("method", ["auto", "vern9", "radau9"])
+def test_prepared_motions_take_parameters_of_inputs(method: str) -> None:
+    eom, law, mass = cart()
+    inputs = {"F": law * mass + KP * kn.sin(KD * kn.time)}
+    run = kn.prepare(eom, (0, 2), inputs=inputs, samples=9, method=method)
+    assert run.in_one_call
+    for parameters in ({}, {KP: 10.0}, {KP: 10.0, KD: 3.0}, {"M": 2.0, KP: 11.0}, {KP: 10.0}):
+        other = kn.derive(eom.system)  # nothing is prepared for these
+        wanted = kn.simulate(
+            other, (0, 2), q=[0.1, 0.2], u=[0, 0], inputs=inputs, parameters=parameters, samples=9, method=method
+        )
+        found = run(q=[0.1, 0.2], u=[0, 0], parameters={str(s): v for s, v in parameters.items()})
+        assert np.array_equal(found.states, wanted.states)
+        assert np.array_equal(found["F"], wanted["F"])
+        assert found.steps == wanted.steps
+        assert np.array_equal(found[KP * eom.coordinates[0]], parameters.get(KP, 40.0) * found["x"])
+
+
+def test_a_parameter_of_inputs_without_a_value_is_named() -> None:
+    eom, _, _ = cart()
+    run = kn.prepare(eom, (0, 1), inputs={"F": W * eom.coordinates[1]}, samples=3)
+    assert not run.in_one_call
+    with pytest.raises(kn.ValueMissingError, match="none for w"):
+        run(q=[0, 0.1], u=[0, 0])
+    assert run(q=[0, 0.1], u=[0, 0], parameters={W: 2.0}).status == "finished"
+
+
+def test_gains_of_motions_with_contacts(separate: list[Any]) -> None:
+    """A block on a floor is pushed by a force whose amplitude and feedback differ; no instance is simulated separately."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y", "m")
+    g, m, F = kn.parameter("g", 9.81, "m/s^2"), kn.parameter("m", 2.0, "kg"), kn.input("F", "N")
+    P = O.at("P", x * N.x + y * N.y)
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.5)
+    bodies = [kn.Particle("block", P, m)]
+    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
+    laws = {
+        "gains": KP / 2 * kn.sin(3 * kn.time) - KD * eom.speeds[0] / 10 - m * x,
+        "time": KP / 2 * kn.sin(KD * kn.time),
+        "steps": kn.where(kn.less(kn.time, KD / 5), KP / 2, 0.0),
+    }
+    rng = np.random.default_rng(1)
+    columns = {KP: rng.uniform(20, 60, 8), KD: rng.uniform(3, 9, 8), m: rng.uniform(1, 3, 8)}
+    for name, law in laws.items():
+        options: dict[str, Any] = {"q": [0, 0], "u": [0.3, 0], "inputs": {"F": law}, "samples": 9}
+        separate.clear()
+        runs = kn.simulate_many(eom, (0, 3), **options, parameters=columns, outputs={"x": x, "F": F}, threads=1)
+        # those that come to a mode first; inputs that break at other times have kernels of their own
+        assert len(separate) <= (8 if name == "steps" else 3)
+        run = kn.prepare(eom, (0, 3), **{name: v for name, v in options.items() if name not in "qu"})
+        for k in range(8):
+            own = {s: float(v[k]) for s, v in columns.items()}
+            one = kn.simulate(kn.derive(eom.system), (0, 3), **options, parameters=own)
+            rows = np.searchsorted(one.t, runs["t"].values, side="right") - 1
+            assert np.array_equal(runs["x"].values[k], one["x"][rows])
+            assert np.array_equal(runs["F"].values[k], one["F"][rows])
+            again = run(q=[0, 0], u=[0.3, 0], parameters=own)
+            assert np.array_equal(again.states, one.states)
+            assert np.array_equal(again["F"], one["F"])
+
+
+def test_derivatives_by_columns_of_inputs() -> None:
+    """`by=` names an input that is a number for each instance; beside differences."""
+    eom, _, _ = cart()
+    forces = np.array([0.5, 1.0, 1.5])
+    options: dict[str, Any] = {"q": [0.1, 0.2], "u": [0, 0], "samples": 3, "rtol": 1e-11, "atol": 1e-11}
+    runs = kn.simulate_many(eom, (0, 1), inputs={"F": forces}, by=["F"], **options)
+    h = 1e-5
+    more, less = (kn.simulate_many(eom, (0, 1), inputs={"F": forces + s}, **options) for s in (h, -h))
+    wanted = (more["x"].values - less["x"].values) / (2 * h)
+    np.testing.assert_allclose(runs["x_by"].values[..., 0], wanted, rtol=1e-7, atol=1e-9)
