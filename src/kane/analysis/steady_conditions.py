@@ -158,7 +158,7 @@ def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
     """
     rows, columns = terms, np.zeros(len(least))
     for _ in range(_ROUNDS):
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
         columns = np.maximum(np.where(np.isfinite(reach), reach, 0.0), least)
         rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
