@@ -266,8 +266,8 @@ class Runner:
         """
         p = np.array([constants[s] for s in eom.parameters])
         plain = self.plain.driven(constants) if self.varied else self.plain
-        gains = [*gains_of(plain.drives).values()]
-        told = np.append(p, gains).tobytes()
+        gains = gains_of(plain.drives)
+        told = np.append(p, [*gains.values()]).tobytes()
         if told == self.told:
             return
         check_values(eom, p, self.span)
@@ -275,9 +275,9 @@ class Runner:
             self.drives = dict(zip(eom.inputs, plain.drives, strict=True))
             if self.timed:
                 self.stop_at(stops_of(self.options["breakpoints"], plain.drives, self.span))
-            self.now = self.now.driven(constants)
+            self.now = self.now.driven({**constants, **gains})  # one left out has its default again
         own = self.given["p"]
-        own[: len(p)], own[len(self.now.p) : len(self.now.p) + len(gains)] = p, gains
+        own[: len(p)], own[len(self.now.p) : len(self.now.p) + len(gains)] = p, [*gains.values()]
         self.hoist(own)
         self.told = told
 

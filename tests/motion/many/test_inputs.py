@@ -159,6 +159,52 @@ def test_prepared_motions_take_parameters_of_inputs(method: str) -> None:
         assert np.array_equal(found[KP * eom.coordinates[0]], parameters.get(KP, 40.0) * found["x"])
 
 
+def test_a_parameter_that_is_left_out_has_its_default_again() -> None:
+    """The energy check and the start read the inputs in Python: a prescribed path, in the kinetic energy and at a constraint."""
+    eom, inputs = shaken(), {"r": 0.1 * kn.sin(KD * kn.time + KP / 40)}
+    run = kn.prepare(eom, (0, 2), inputs=inputs, samples=9)
+    assert run.in_one_call
+    for parameters in ({KD: 3.0, KP: 20.0}, {}, {KD: 5.0}, {KP: 10.0}, {}):
+        found = run(q=[0.2], u=[0], parameters=parameters)
+        wanted = kn.simulate(
+            kn.derive(eom.system), (0, 2), q=[0.2], u=[0], inputs=inputs, parameters=parameters, samples=9
+        )
+        assert np.array_equal(found.states, wanted.states)
+        assert np.array_equal(found["r"], wanted["r"])
+        assert found.keeps_energy
+
+
+def test_the_start_is_on_a_path_whose_parameters_differ(separate: list[Any]) -> None:
+    """A slider is led along a line that an input prescribes; its place at the start follows from the parameters of each instance."""
+    N, (x, y), (u, v) = kn.Frame("N"), kn.coordinates("x y", "m"), kn.speeds("u v", "m/s")
+    r, k = kn.input("r", "m"), kn.parameter("k", 5.0, "N/m")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x + y * N.y)
+    system = kn.System(
+        N,
+        bodies=[kn.Particle("slider", P, kn.parameter("m", 1.0, "kg"))],
+        speeds={u: x.dt, v: y.dt},
+        loads=[kn.Force(P, -k * x * N.x)],
+        holonomic=[y - r],
+    )
+    eom, path = kn.derive(system), {r: KP * kn.cos(KD * kn.time)}
+    heights, rates = np.linspace(0.1, 1.5, COUNT), np.linspace(1, 4, COUNT)
+    options: dict[str, Any] = {
+        "q": {x: 0.3, y: kn.guess(0.0)},
+        "u": {u: 0.2, v: kn.guess(0.0)},
+        "inputs": path,
+        "samples": 5,
+    }
+    for lanes in (False, True):
+        runs = kn.simulate_many(
+            eom, (0, 2), parameters={KP: heights, KD: rates}, lanes=lanes, method="vern9", **options
+        )
+        wanted = heights[:, None] * np.cos(rates[:, None] * runs["t"].values)
+        np.testing.assert_allclose(runs["y"].values, wanted, rtol=0, atol=1e-12)
+        exact = 0.3 * np.cos(np.sqrt(5) * runs["t"].values) + 0.2 / np.sqrt(5) * np.sin(np.sqrt(5) * runs["t"].values)
+        np.testing.assert_allclose(runs["x"].values, np.broadcast_to(exact, (COUNT, 5)), rtol=0, atol=1e-7)
+    assert separate == []
+
+
 def test_a_parameter_of_inputs_without_a_value_is_named() -> None:
     eom, _, _ = cart()
     run = kn.prepare(eom, (0, 1), inputs={"F": W * eom.coordinates[1]}, samples=3)

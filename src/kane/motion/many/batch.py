@@ -121,7 +121,7 @@ class Batch:
         runner, given, now = self.runner, self.runner.given, self.runner.now
         settings = now.settings or Settings()
         kernel = kernel_of(runner.method.name, now)
-        own = given | {"limit": int(min(LOOKS, runner.method.max_steps))}
+        own = given | {"limit": int(min(LOOKS, runner.method.max_steps)), "breakpoints": runner.breakpoints}
         drive = own["single_drive"], own["hd"]
         self.calls = KeptCalls(1, settings)
         named = {a.name: own[a.name] for a in kernel.kernel.arguments}
