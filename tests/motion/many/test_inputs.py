@@ -174,8 +174,8 @@ def test_a_parameter_that_is_left_out_has_its_default_again() -> None:
         assert found.keeps_energy
 
 
-def test_the_start_is_on_a_path_whose_parameters_differ(separate: list[Any]) -> None:
-    """A slider is led along a line that an input prescribes; its place at the start follows from the parameters of each instance."""
+def slider() -> kn.Equations:
+    """A particle on a spring, on a line whose height an input prescribes."""
     N, (x, y), (u, v) = kn.Frame("N"), kn.coordinates("x y", "m"), kn.speeds("u v", "m/s")
     r, k = kn.input("r", "m"), kn.parameter("k", 5.0, "N/m")
     P = kn.Point("O", fixed_in=N).at("P", x * N.x + y * N.y)
@@ -186,7 +186,13 @@ def test_the_start_is_on_a_path_whose_parameters_differ(separate: list[Any]) -> 
         loads=[kn.Force(P, -k * x * N.x)],
         holonomic=[y - r],
     )
-    eom, path = kn.derive(system), {r: KP * kn.cos(KD * kn.time)}
+    return kn.derive(system)
+
+
+def test_the_start_is_on_a_path_whose_parameters_differ(separate: list[Any]) -> None:
+    """Its place at the start follows from the parameters of each instance, and of each call."""
+    eom, path = slider(), {"r": KP * kn.cos(KD * kn.time)}
+    (x, y), (u, v) = eom.coordinates, eom.speeds
     heights, rates = np.linspace(0.1, 1.5, COUNT), np.linspace(1, 4, COUNT)
     options: dict[str, Any] = {
         "q": {x: 0.3, y: kn.guess(0.0)},
@@ -203,6 +209,10 @@ def test_the_start_is_on_a_path_whose_parameters_differ(separate: list[Any]) -> 
         exact = 0.3 * np.cos(np.sqrt(5) * runs["t"].values) + 0.2 / np.sqrt(5) * np.sin(np.sqrt(5) * runs["t"].values)
         np.testing.assert_allclose(runs["x"].values, np.broadcast_to(exact, (COUNT, 5)), rtol=0, atol=1e-7)
     assert separate == []
+    run = kn.prepare(eom, (0, 2), inputs=path, samples=5)
+    for height in (2.0, None, 3.0):
+        found = run(q=options["q"], u=options["u"], parameters={KD: 2.0} | ({} if height is None else {KP: height}))
+        np.testing.assert_allclose(found["y"], (height or 40.0) * np.cos(2 * found.t), rtol=1e-12, atol=1e-11)
 
 
 def test_a_parameter_of_inputs_without_a_value_is_named() -> None:
