@@ -270,3 +270,18 @@ def test_derivatives_by_columns_of_inputs() -> None:
     more, less = (kn.simulate_many(eom, (0, 1), inputs={"F": forces + s}, **options) for s in (h, -h))
     wanted = (more["x"].values - less["x"].values) / (2 * h)
     np.testing.assert_allclose(runs["x_by"].values[..., 0], wanted, rtol=1e-7, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["F", "steps", "status", "t"])
+def test_an_output_with_the_name_of_another_variable_is_refused(name: str) -> None:
+    eom, _, _ = cart()
+    with pytest.raises(kn.SimulationError, match=f"got {name}"):
+        kn.simulate_many(
+            eom, (0, 1), q=[0.1, 0.2], u=[0, 0], inputs={"F": [0.5, 1.0]}, outputs={name: eom.inputs[0]}, samples=3
+        )
+
+
+def test_functions_to_check_are_a_list() -> None:
+    eom, _, _ = cart()
+    with pytest.raises(kn.ArgumentError, match="a list of integrals or expressions to check, got False"):
+        kn.simulate(eom, (0, 1), q=[0.1, 0.2], u=[0, 0], inputs={"F": 0.5}, check=False)  # type: ignore[arg-type]

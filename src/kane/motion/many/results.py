@@ -107,6 +107,19 @@ def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -
     return [RecordedQuantity(*row, one) for row in found]
 
 
+def check_names(kept: Sequence[RecordedQuantity], many: Instances) -> None:
+    """Raises SimulationError if a recorded quantity has the name of another variable or coordinate of the Dataset."""
+    taken = {*_TOLD, *_ENDS, "instance", "t", "state", "axis", "by", *(_label(kind, s) for kind, s, _ in many.varied)}
+    cure = "Give it another name, outputs={name: …}."
+    told = f"outputs whose names are not those of other variables ({', '.join(sorted(taken))})"
+    expect.none([one.name for one in kept if one.name in taken], told, cure=cure, error=SimulationError)
+
+
+def _label(kind: str, s: Any) -> str:
+    """The name of the coordinate of a quantity that differs."""
+    return f"{s}(0)" if kind in STARTS else str(s)
+
+
 def _reduction(given: Any) -> Reduction:
     if callable(given):
         own: Reduction = given
@@ -255,11 +268,10 @@ def coordinates(eom: Equations, t: Array, many: Instances, rows: range, variable
     if any("axis" in v.dims for v in variables.values()):
         result["axis"] = xarray.Variable("axis", np.array(["x", "y", "z"]))
     for kind, s, column in many.varied:
-        name = f"{s}(0)" if kind in STARTS else str(s)
         what = _VARIED["inputs" if isinstance(s.place, Input) else kind]
         told = {"units": eom.unit(s), "long_name": s.description or f"{what} {s}"}
         values = column[rows.start : rows.stop]
-        result[name] = xarray.Variable("instance", values, {key: text for key, text in told.items() if text})
+        result[_label(kind, s)] = xarray.Variable("instance", values, {key: text for key, text in told.items() if text})
     return result
 
 
@@ -269,6 +281,7 @@ _TOLD = {
     "event": "the event that ended the motion",
     "warning": "the warnings during the motion",
 }
+_ENDS = ("steps", "end_t", "end_state")
 _VARIED = dict.fromkeys(STARTS, "start value of") | {"parameters": "parameter", "inputs": "input"}
 
 

@@ -19,7 +19,7 @@ from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.many import designs
 from kane.motion.many.chunks import Job
 from kane.motion.many.cluster import checked, spread
-from kane.motion.many.results import RecordedQuantity, quantities
+from kane.motion.many.results import RecordedQuantity, check_names, quantities
 from kane.motion.many.stores import Store, write
 from kane.motion.many.stores import begun as opened
 from kane.motion.many.tiles import Ensemble, cores, cut_into, tiles_of
@@ -140,6 +140,7 @@ def simulate_many(
     given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
     many = instances(eom, given, designs.quantities(design, sampler, count, seed)).by_parameters(eom)
     kept = quantities(eom, outputs, reduce)
+    check_names(kept, many)
     own = _Run(eom, many, kept, lambda found: found)
     if by is not None:
         own = _differentiated(own, plan, by, settings, store is not None)

@@ -11,7 +11,7 @@ energy and removed it again. Therefore D(t) is divided by a hundredth of the ene
 ∫P dt so far, if that is larger than the scale; the change of D between samples is not.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -186,7 +186,7 @@ def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
     ArgumentError
         if they are not a list of integrals and expressions
     """
-    if isinstance(functions, Integral | Expr | str):
+    if isinstance(functions, Integral | Expr | str) or not isinstance(functions, Iterable):
         raise ArgumentError(
             f"Expected a list of integrals or expressions to check, got {cut(repr(functions))}. Write […]."
         )
