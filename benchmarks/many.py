@@ -6,7 +6,8 @@ is its change over the largest that there is. Both sides run in turn. Two thread
 nothing: each has half of the motions. `python -m benchmarks.many poses`: what a pose costs of a crank's turn and of a trajectory of a
 Stewart platform, in whole calls; a trim beside that of two poses, as the first is searched for. `python -m benchmarks.many
 lanes`: a right-hand side of eight instances at once, an instance, beside one by itself. `python -m benchmarks.many four-bars
-OTHER/src`: ten thousand four-bars beside a loop of `kn.simulate` of another checkout.
+OTHER/src`: ten thousand four-bars beside a loop of `kn.simulate` of another checkout. `python -m benchmarks.many gains [COUNT]`: motions whose
+inputs differ by gains, frequencies and values.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from functools import cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from benchmarks.native import LANES, Array, kernel_of, lanes_loop
 from benchmarks.paired import paired
 from benchmarks.rhs_cases import optional
 from benchmarks.systems import COUNTED
-from kane.gallery import four_bar, pendulums
+from kane.gallery import four_bar, pendulum_on_cart, pendulums
 from tests.systems import stewart
 
 END, GRAVITY = 10.0, 9.81
@@ -184,6 +185,39 @@ def four_bars(other: Path, count: int = 10_000, pairs: int = 15) -> None:
     print(f"{count} four-bars: {median(result.a) / count * 1e3:.3f} ms a motion, {median(ratios):.0f} times a loop")
 
 
+def gains(count: int = 3000) -> None:
+    """Processor time of motions of a driven pendulum on a cart whose inputs differ, in µs a motion on one thread."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    (x, theta), (_, u2), (force,) = eom.coordinates, eom.speeds, eom.inputs
+    kp, kd, w = kn.parameter("kp", 40.0), kn.parameter("kd", 8.0), kn.parameter("w", 2.0)
+    rng = np.random.default_rng(0)
+    law, some, rates = kp * theta + kd * x + 2 * u2, rng.uniform(20, 60, count), rng.uniform(1, 3, count)
+    ways: dict[str, tuple[Any, dict[Any, Array]]] = {
+        "one law": (law, {}),
+        "gains": (law, {kp: some}),
+        "a law with a mass": (law / 40 * eom.parameters[1], {eom.parameters[1]: rates}),
+        "frequencies": (kp / 10 * kn.sin(w * kn.time), {w: rates, kp: some}),
+        "forces": (some / 30, {}),
+    }
+    q: dict[str, Any] = {"x": 0.1, "theta": rng.uniform(-0.3, 0.3, count)}
+    for name, (what, parameters) in ways.items():
+        run = partial(
+            kn.simulate_many,
+            eom,
+            (0, 5),
+            q=q,
+            u=[0, 0],
+            inputs={force: what},
+            parameters=parameters,
+            samples=21,
+            threads=1,
+        )
+        run()
+        begun = process_time()
+        run()
+        print(f"{name}: {(process_time() - begun) / count * 1e6:.0f} µs a motion of {count}")
+
+
 def main() -> None:
     """Drifts, then pairs: two threads beside one, beside two processes, and the peer; or poses alone, or right-hand sides in lanes."""
     if sys.argv[1:] == ["lanes"]:
@@ -191,6 +225,9 @@ def main() -> None:
         return
     if sys.argv[1:2] == ["four-bars"]:
         four_bars(Path(sys.argv[2]).resolve())
+        return
+    if sys.argv[1:2] == ["gains"]:
+        gains(*map(int, sys.argv[2:]))
         return
     if sys.argv[1:] == ["poses"]:
         for count in (401, 4001):
