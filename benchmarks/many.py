@@ -6,8 +6,8 @@ is its change over the largest that there is. Both sides run in turn. Two thread
 nothing: each has half of the motions. `python -m benchmarks.many poses`: what a pose costs of a crank's turn and of a trajectory of a
 Stewart platform, in whole calls; a trim beside that of two poses, as the first is searched for. `python -m benchmarks.many
 lanes`: a right-hand side of eight instances at once, an instance, beside one by itself. `python -m benchmarks.many four-bars
-OTHER/src`: ten thousand four-bars beside a loop of `kn.simulate` of another checkout. `python -m benchmarks.many gains [COUNT]`: motions whose
-inputs differ by gains, frequencies and values.
+OTHER/src`: ten thousand four-bars beside a loop of `kn.simulate` of another checkout. `python -m benchmarks.many gains [COUNT]`:
+motions whose inputs differ by gains, frequencies and values.
 """
 
 from __future__ import annotations
