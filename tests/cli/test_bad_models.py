@@ -124,7 +124,7 @@ BAD: dict[str, Bad] = {
     "start_degrees": warning("angle q = 30 rad, 4.77 turns", "math.radians(30)"),
     "rotate_degrees": warning("frame T is turned by 30 rad, 4.77 turns", "math.radians(30)"),
     "gravity_twice": warning("2 loads of gravity", "their sum is applied", "List one"),
-    "load_twice": warning("load 'spring' is listed 2 times", "List it once"),
+    "load_twice": error("ModelError", "each load once in loads=, got Load('spring') more than once", "List it once"),
     "spring_pushes": warning("load 'spring' pushes away: at START it increases", "by up to 30 per unit", "sign of the force"),
     "damper_feeds": warning("load 'brake' adds energy to the motion", "positive power at START", "A damper dissipates energy"),
     "start_unknown": error("ModelError", "name of a coordinate (x, q) in START['q'], got 'q1'", "Did you mean q?", at="START ="),

@@ -246,9 +246,6 @@ def _loads(eom: kn.Equations) -> Iterator[str]:
             f"{len(system.gravities)} loads of gravity ({names}) act on every body, and their sum is applied. List one of them unless "
             "all are meant."
         )
-    for load in dict.fromkeys(x for x in system.loads if system.loads.count(x) > 1):
-        count = system.loads.count(load)
-        yield f"The load {load.name!r} is listed {count} times, and acts {count} times. List it once unless that is meant."
 
 
 _DOES = {
