@@ -19,7 +19,7 @@ help:  ## list the targets
 demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
 	$(BIN)/kane demo --out out
 
-test: $(VENV)/.dev-stamp  ## the quick tests (about six minutes on two cores; less where what they compile is kept)
+test: $(VENV)/.dev-stamp  ## the quick tests (about five minutes on two cores; less where what they compile is kept)
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=quick -q
 
 test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (half an hour on two cores); FULL=rest: less what `make test` ran alike
