@@ -18,7 +18,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import Input, Parameter, Symbol, time
+from kane.expr.symbols import Input, Parameter, Symbol, declared, time
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import finite_number, named_values, spelled_out, unknown
 
@@ -132,11 +132,19 @@ def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol
 
 
 def own_parameters(eom: Equations, inputs: Any) -> tuple[Parameter, ...]:
-    """The parameters that occur only in inputs, which may be expressions, and several of them in a list, tuple or array."""
+    """The parameters that occur only in inputs, which may be expressions, and several of them in a list, tuple or array.
+
+    Raises ValueMissingError if one has the name of another, or of a parameter of the model.
+    """
     given = inputs.values() if isinstance(inputs, Mapping) else inputs if isinstance(inputs, list | tuple) else ()
     rows = [v.flat if isinstance(v, np.ndarray) else v if isinstance(v, list | tuple) else (v,) for v in given]
     symbols, known = free_symbols([e for row in rows for e in row if isinstance(e, Expr)]), set(eom.system.parameters)
-    return tuple(s for s in symbols if isinstance(s, Parameter) and s not in known)
+    own = tuple(s for s in symbols if isinstance(s, Parameter) and s not in known)
+    names = {s.name: s for s in (*own, *eom.system.parameters)} if own else {}
+    twice = (f"{declared(s)} beside {declared(names[s.name])}" for s in own if names[s.name] is not s)
+    cure = "Take one symbol in both places, or another name."
+    expect.none(twice, "parameters of inputs with names of their own", cure=cure, error=ValueMissingError)
+    return own
 
 
 def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
@@ -207,11 +215,11 @@ def _symbol_for(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol]
 
 
 def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
-    """The columns among the values. A tuple as an input is a function with its derivatives, not a column."""
+    """The columns among the values. As an input, a tuple is a function with its derivatives; as a key, it names inputs with a law each."""
     listed = (np.ndarray, list, range) if kind == "inputs" else (np.ndarray, list, range, tuple)
     result: dict[Any, Array] = {}
     for s, value in values.items():
-        if isinstance(value, listed) or hasattr(value, "to_numpy"):
+        if not isinstance(s, tuple) and (isinstance(value, listed) or hasattr(value, "to_numpy")):
             result[s] = _column(kind, s, value.to_numpy() if hasattr(value, "to_numpy") else value)
     return result
 

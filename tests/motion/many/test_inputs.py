@@ -285,3 +285,30 @@ def test_functions_to_check_are_a_list() -> None:
     eom, _, _ = cart()
     with pytest.raises(kn.ArgumentError, match="a list of integrals or expressions to check, got False"):
         kn.simulate(eom, (0, 1), q=[0.1, 0.2], u=[0, 0], inputs={"F": 0.5}, check=False)  # type: ignore[arg-type]
+
+
+def test_laws_of_several_inputs_in_a_list() -> None:
+    """As in `kn.simulate`, a tuple of inputs may have a law each."""
+    N, x, v = kn.Frame("N"), kn.coordinate("x"), kn.speed("v")
+    F, G = kn.inputs("F G")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    system = kn.System(N, bodies=[kn.Particle("mass", P, 2)], speeds={v: x.dt}, loads=[kn.Force(P, (F + G * v) * N.x)])
+    eom, columns = kn.derive(system), {KP: np.array([20.0, 50.0, 60.0]), KD: np.array([1.0, 0.0, 4.0])}
+    options: dict[str, Any] = {"q": [0.1], "u": [0.2], "inputs": {(F, G): [-KP * x, -KD / 10]}, "samples": 5}
+    runs = kn.simulate_many(eom, (0, 1), parameters=columns, lanes=False, **options)
+    for k in range(3):
+        one = kn.simulate(kn.derive(system), (0, 1), parameters=at(columns, k), **options)
+        assert np.array_equal(runs["x"].values[k], one["x"])
+
+
+def test_parameters_of_inputs_have_names_of_their_own() -> None:
+    """A name would stand for two parameters, of which the one in the model may be meant."""
+    eom, _, mass = cart()
+    theta = eom.coordinates[1]
+    for law in (kn.parameter("M", 7.0) * theta, KP * theta - kn.parameter("kp", 7.0) * eom.speeds[1]):
+        options: dict[str, Any] = {"q": [0.1, 0.2], "u": [0, 0], "inputs": {"F": law}, "samples": 3}
+        for parameters in ({"M": 2.0}, {mass: 2.0}):
+            with pytest.raises(kn.ValueMissingError, match=r"names of their own, got kn\.parameter"):
+                kn.simulate(eom, (0, 1), parameters=parameters, **options)
+            with pytest.raises(kn.ValueMissingError, match=r"names of their own, got kn\.parameter"):
+                kn.simulate_many(eom, (0, 1), parameters={s: [v, 3.0] for s, v in parameters.items()}, **options)
