@@ -215,7 +215,7 @@ def _symbol_for(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol]
 
 
 def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
-    """The columns among the values. As an input, a tuple is a function with its derivatives; as a key, it names inputs with a law each."""
+    """The columns among the values. As an input, a tuple is a function with its derivatives; as a key, inputs with a law each."""
     listed = (np.ndarray, list, range) if kind == "inputs" else (np.ndarray, list, range, tuple)
     result: dict[Any, Array] = {}
     for s, value in values.items():
