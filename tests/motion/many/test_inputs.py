@@ -287,6 +287,32 @@ def test_functions_to_check_are_a_list() -> None:
         kn.simulate(eom, (0, 1), q=[0.1, 0.2], u=[0, 0], inputs={"F": 0.5}, check=False)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("rate", [2.0, 40.0])
+def test_a_path_may_oscillate_many_times(rate: float) -> None:
+    """A smooth expression needs no check of its derivative by integrals, which fast oscillations would fail."""
+    eom, path = slider(), {"r": KP * kn.cos(KD * kn.time)}
+    (x, y), (u, v) = eom.coordinates, eom.speeds
+    options: dict[str, Any] = {"q": {x: 0.3, y: kn.guess(0.0)}, "u": {u: 0.2, v: kn.guess(0.0)}}
+    parameters = {KP: 0.1, KD: rate}
+    found = kn.simulate(eom, (0, 400), inputs=path, samples=9, parameters=parameters, **options)
+    np.testing.assert_allclose(found["y"], 0.1 * np.cos(rate * found.t), rtol=0, atol=1e-12)
+    other = kn.parameter("r0") * kn.time
+    with pytest.raises(kn.SimulationError, match="derivative of the input r to match"):
+        kn.simulate(eom, (0, 4), inputs={"r": (lambda t: t, lambda t: 2.0, lambda t: 0.0)}, samples=9, **options)
+    assert kn.prepare(eom, (0, 400), inputs={"r": other}, samples=9)(parameters={"r0": 0.1}, **options)["y"][-1] == 40
+
+
+def test_parameters_of_inputs_are_numbers() -> None:
+    eom, law, _ = cart()
+    options: dict[str, Any] = {"q": [0.1, 0.2], "u": [0, 0]}
+    run = kn.prepare(eom, (0, 1), inputs={"F": law}, samples=3)
+    for wrong in ("a", None, [1.0, 2.0], np.nan):
+        with pytest.raises(kn.SimulationError, match="value for kp"):
+            run(parameters={KP: wrong}, **options)  # type: ignore[dict-item]
+        with pytest.raises(kn.SimulationError, match="value for kp"):
+            kn.simulate(eom, (0, 1), inputs={"F": law}, samples=3, parameters={"kp": wrong}, **options)
+
+
 def test_laws_of_several_inputs_in_a_list() -> None:
     """As in `kn.simulate`, a tuple of inputs may have a law each."""
     N, x, v = kn.Frame("N"), kn.coordinate("x"), kn.speed("v")

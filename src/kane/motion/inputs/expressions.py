@@ -34,7 +34,7 @@ from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import fold, substituted
 from kane.motion.inputs.breakpoints import breakpoints, by_time, on_from, up_to
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import named_values
+from kane.numeric.sampling import finite_number, named_values
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port
 from kane.progress import heed
@@ -160,8 +160,11 @@ def by_symbol(eom: Equations, given: Any, inputs: Any, gains: Iterable[Expr] = (
     """A mapping of parameters by symbol or name, by symbol; those that occur only in `inputs`, or are `gains`, may be named, too."""
     if not isinstance(given, Mapping):
         return given
-    symbols: dict[Any, None] = dict.fromkeys([*eom.system.parameters, *own_parameters(eom, inputs), *gains])
-    return given_parameters(given) | named_values("parameters", tuple(symbols), given)
+    own: dict[Any, None] = dict.fromkeys([*own_parameters(eom, inputs), *gains])
+    found = given_parameters(given) | named_values(
+        "parameters", tuple({**dict.fromkeys(eom.system.parameters), **own}), given
+    )
+    return found | {s: finite_number("value", s.name, found[s]) for s in own if s in found}
 
 
 def given_parameters(given: Any) -> dict[Expr, Any]:
