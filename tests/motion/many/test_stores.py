@@ -197,7 +197,7 @@ def within(c):
     [
         (lambda: gains(1.0), lambda: gains(1), lambda: gains(1.5)),
         (lambda: kn.signal([0, 1, 2, 3], [0, 1, 0, 1]), None, lambda: kn.signal([0, 1, 2, 3], [0, 1, 0, 2])),
-        (lambda: kn.parameter("k") * kn.time, None, lambda: kn.parameter("k") * kn.time**2),
+        (lambda: kn.parameter("k", 2.0) * kn.time, None, lambda: kn.parameter("k", 2.0) * kn.time**2),
         (lambda: [0.0, 1.0], lambda: [0, 1], lambda: [0.0, 1.5]),
         (lambda: 1, lambda: 1.0, lambda: 1.5),
         (lambda: Gain(1.0).law, None, lambda: Gain(1.5).law),
