@@ -54,12 +54,11 @@ class Instances:
 
     def by_parameters(self, eom: Equations) -> "Instances":
         """The same with parameters in place of the inputs that are columns, so that code for one instance runs all."""
-        rest = {s: c for s, c in self.columns["inputs"].items() if not isinstance(s, Symbol)}
-        moved = {s: c for s, c in self.columns["inputs"].items() if s not in rest}
+        moved = self.columns["inputs"]
         gains = {s: Parameter.declare(s.name, None, eom.unit(s), s.description, s) for s in moved}
         columns = {**self.columns["parameters"], **{gains[s]: c for s, c in moved.items()}}
         common = {**self.common, "inputs": {**(self.common["inputs"] or {}), **gains} or None}
-        return Instances(self.count, common, {**self.columns, "inputs": rest, "parameters": columns})
+        return Instances(self.count, common, {**self.columns, "inputs": {}, "parameters": columns})
 
     @property
     def vary_inputs(self) -> bool:
