@@ -306,9 +306,10 @@ def test_parameters_of_inputs_are_numbers() -> None:
     eom, law, _ = cart()
     options: dict[str, Any] = {"q": [0.1, 0.2], "u": [0, 0]}
     run = kn.prepare(eom, (0, 1), inputs={"F": law}, samples=3)
-    for wrong in ("a", None, [1.0, 2.0], np.nan):
+    values: list[Any] = ["a", None, [1.0, 2.0], np.nan]
+    for wrong in values:
         with pytest.raises(kn.SimulationError, match="value for kp"):
-            run(parameters={KP: wrong}, **options)  # type: ignore[dict-item]
+            run(parameters={KP: wrong}, **options)
         with pytest.raises(kn.SimulationError, match="value for kp"):
             kn.simulate(eom, (0, 1), inputs={"F": law}, samples=3, parameters={"kp": wrong}, **options)
 
