@@ -17,7 +17,7 @@ from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import Input, Parameter
+from kane.expr.symbols import Input, Parameter, input_of
 from kane.model.beams.beam import Beam, doubts
 from kane.motion.course import Method
 from kane.motion.inputs.expressions import Formula, by_symbol, given_parameters
@@ -203,8 +203,10 @@ def are_fixed(eom: Equations, inputs: Any, given: Collection[Any] = ()) -> bool:
     if not all(isinstance(v, Expr | int | float) for v in (inputs or {}).values()):
         return False
     varied = [s for s in free_symbols(laws) if isinstance(s, Parameter)]
-    own, moves = {*eom.parameters, *given}, any(not isinstance(s, Input) for s in eom.inputs)
-    bent = moves and not all(Formula(v, {}).smooth for v in laws)
+    own, moving = {*eom.parameters, *given}, {input_of(s).name for s in eom.inputs if not isinstance(s, Input)}
+    bent = any(
+        str(key) in moving and not Formula(v, {}).smooth for key, v in (inputs or {}).items() if isinstance(v, Expr)
+    )
     return not varied or (not bent and all(s in own or s.default is not None for s in varied))
 
 

@@ -302,6 +302,21 @@ def test_a_path_may_oscillate_many_times(rate: float) -> None:
     assert kn.prepare(eom, (0, 400), inputs={"r": other}, samples=9)(parameters={"r0": 0.1}, **options)["y"][-1] == 40
 
 
+def test_corners_in_the_law_of_a_force_beside_a_prescribed_path() -> None:
+    eom = shaken()
+    bob = next(p for p in eom.points if p.name == "P")
+    pushed = kn.Force(bob, kn.input("F", "N") * eom.system.inertial.x)
+    eom = kn.derive(eom.system.replace(loads=[*eom.system.loads, *eom.system.gravities, pushed]))
+    (q,), (u,) = eom.coordinates, eom.speeds
+    laws: dict[str, Any] = {"r": 0.1 * kn.sin(KD / 4 * kn.time), "F": kn.where(kn.less(u, 0), KP / 40, -KP / 40) - q}
+    run = kn.prepare(eom, (0, 2), inputs=laws, samples=9)
+    assert run.in_one_call
+    for value in (10.0, 20.0, 40.0):
+        options: dict[str, Any] = {"q": [0.2], "u": [0], "parameters": {KP: value}}
+        wanted = kn.simulate(kn.derive(eom.system), (0, 2), inputs=laws, samples=9, **options)
+        assert np.array_equal(run(**options).states, wanted.states)
+
+
 def test_parameters_of_inputs_are_numbers() -> None:
     eom, law, _ = cart()
     options: dict[str, Any] = {"q": [0.1, 0.2], "u": [0, 0]}
