@@ -203,7 +203,7 @@ def are_fixed(eom: Equations, inputs: Any, given: Collection[Any] = ()) -> bool:
     if not all(isinstance(v, Expr | int | float) for v in (inputs or {}).values()):
         return False
     varied = [s for s in free_symbols(laws) if isinstance(s, Parameter)]
-    own, moving = {*eom.parameters, *given}, {input_of(s).name for s in eom.inputs if not isinstance(s, Input)}
+    own, moving = {*eom.parameters, *given}, {str(input_of(s)) for s in eom.inputs if not isinstance(s, Input)}
     bent = any(
         str(key) in moving and not Formula(v, {}).smooth for key, v in (inputs or {}).items() if isinstance(v, Expr)
     )
