@@ -141,6 +141,7 @@ class ContactRunner:
         self.raised: BaseException | None = None
         self.made: list[ModeKernel] = []
         self.turning = list[int]()  # modes with discontinuities at given times
+        self.admitted = b""  # the parameters for which these are admitted
         self.named = dict[str, Method]()
         self.left: set[Modes] = set()
         self.poor, self.steps = (-1, 0.0), 0
@@ -194,8 +195,10 @@ class ContactRunner:
             if holding is not None:
                 holding.begin(self.s)
                 one.given["held_quiet"][0] = 0.0
-        for m in self.turning:
-            self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=False)))
+        if p.tobytes() != self.admitted:
+            self.admitted = p.tobytes()
+            for m in self.turning:
+                self._admit(m, dict(zip(self.eom.parameters, p.tolist(), strict=False)))
 
     def _forget(self) -> None:
         """Resets the data of contacts."""
@@ -333,6 +336,7 @@ class ContactRunner:
         )
         if any(mode.numeric().value(timed)):
             self.turning.append(m)
+            self.admitted = b""
         self._admit(m, self.parameters)
         return True
 
