@@ -61,10 +61,10 @@ class Instances:
         return Instances(self.count, common, {**self.columns, "inputs": {}, "parameters": columns})
 
     @property
-    def vary_inputs(self) -> bool:
-        """Whether inputs differ, directly or by parameters in them."""
+    def vary_laws(self) -> bool:
+        """Whether inputs differ by parameters in them."""
         laws = [v for v in (self.common["inputs"] or {}).values() if isinstance(v, Expr)]
-        return bool(self.columns["inputs"]) or not set(self.columns["parameters"]).isdisjoint(free_symbols(laws))
+        return not set(self.columns["parameters"]).isdisjoint(free_symbols(laws))
 
     @property
     def varied(self) -> Iterator[tuple[str, Any, Array]]:

@@ -115,8 +115,8 @@ class ContactBatch:
     def given(self, p: Array) -> tuple[dict[Expr, float], dict[Expr, Any]]:
         """Parameters, and inputs with their values, from a row p of both."""
         known: dict[Expr, float] = dict(zip(self.parameters, p.tolist(), strict=True))
-        drives = {s: with_value(f, known) for s, f in self.drives.items()}
-        return {s: known[s] for s in self.eom.parameters}, drives
+        phase = Phase(dict.fromkeys(self.eom.parameters, 0.0), self.drives).at(known)
+        return {**phase.parameters}, {**phase.inputs}
 
     def _goes_on(self, own: ContactRunner, p: Array) -> bool:
         """Whether a runner can run a motion with other parameters: the same breakpoints."""

@@ -435,7 +435,7 @@ class ContactRunner:
                 self.raised = Interrupted() if interrupted else None
             elif (
                 self.raised is not None
-            ):  # after the last completed mode `check` raises it, before Python decides or runs anything
+            ):  # `check` raises it after the last completed mode, before Python decides anything
                 back = Back.TAKE if pieces and not len(self.completed()) else Back.DECIDE
             for one in self.controllers:
                 one.done(repeats=not len(self.completed()))

@@ -6,7 +6,7 @@ expressions. Start, parameters and energy are checked by sufficient conditions i
 hold, the general loop integrates the motion from its beginning (`loop.py`) and decides.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import reduce
@@ -41,11 +41,11 @@ from kane.motion.hybrid.automaton import (
     stands_beside,
 )
 from kane.motion.inputs.breakpoints import stretch
-from kane.motion.inputs.expressions import Formula, gains_of
+from kane.motion.inputs.expressions import Formula, gains_of, with_value
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
 from kane.motion.integrators import spelled
-from kane.motion.loop import admitted_start, continued
+from kane.motion.loop import admitted_start, breakpoints_of, continued
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS, Stiffness, first_slots, pauses
 from kane.motion.projection import is_constrained
@@ -54,7 +54,7 @@ from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution, SolutionSegment, some_of
-from kane.motion.start import check_breakpoints, check_masses, moving, surely_have_mass
+from kane.motion.start import check_masses, moving, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
@@ -169,12 +169,6 @@ def _reads_inputs(eom: Equations) -> bool:
     return not set(eom.inputs).isdisjoint(free_symbols(eom.numeric().value(judged).groups["judged"].roots))
 
 
-def stops_of(given: Any, drives: Iterable[Any], span: tuple[float, float]) -> tuple[float, ...]:
-    """The breakpoints given, and those of inputs that are expressions."""
-    own = (t for f in drives if isinstance(f, Formula) for t in f.breakpoints(span))
-    return tuple(sorted({*check_breakpoints(given), *own}))
-
-
 def is_plain(stepper: Stepper, method: Method) -> bool:
     """Whether a kernel can integrate the motion without Python, both before it and between two steps."""
     eom = stepper.eom
@@ -222,8 +216,10 @@ class Runner:
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
         self.slots[Slot.SPAN], self.slots[Slot.PHASE] = span[1] - span[0], span[0]
-        self.pauses = np.zeros(len(pauses(method.breakpoints, span, ())) + _ROOM)
-        self.stop_at(method.breakpoints)
+        self.parameters, self.stops = (*stepper.eom.parameters, *gains_of(drives.values())), method.breakpoints
+        breakpoints = self.breakpoints_for(stepper.eom, drives)
+        self.pauses = np.zeros(len(pauses(breakpoints, span, ())) + _ROOM)
+        self.stop_at(breakpoints)
         self.times = np.append(later, np.inf)
         self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
@@ -248,6 +244,10 @@ class Runner:
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
         self.kernel = kernel_of(name, now, self.holding is not None).bound(self.given | {"limit": 0})
 
+    def breakpoints_for(self, eom: Equations, drives: Mapping[Expr, Any]) -> tuple[float, ...]:
+        """The breakpoints of a motion with these inputs; rates have none of their own."""
+        return breakpoints_of(eom, Phase({}, drives), self.span, self.stops)
+
     def stop_at(self, breakpoints: tuple[float, ...]) -> None:
         """Sets the breakpoints of the next motions; there may be too many."""
         self.method, table = replace(self.method, breakpoints=breakpoints), pauses(breakpoints, self.span, ())
@@ -265,16 +265,18 @@ class Runner:
             if a value is not admissible
         """
         p = np.array([constants[s] for s in eom.parameters])
-        plain = self.plain.driven(constants) if self.varied else self.plain
-        gains = gains_of(plain.drives)
+        drives: dict[Expr, Any] = {
+            s: with_value(f, constants) for s, f in zip(eom.inputs, self.plain.drives, strict=True)
+        }
+        gains = gains_of(drives.values())
         told = np.append(p, [*gains.values()]).tobytes()
         if told == self.told:
             return
         check_values(eom, p, self.span)
         if self.varied:
-            self.drives = dict(zip(eom.inputs, plain.drives, strict=True))
+            self.drives = drives
             if self.timed:
-                self.stop_at(stops_of(self.options["breakpoints"], plain.drives, self.span))
+                self.stop_at(self.breakpoints_for(eom, drives))
             self.now = self.now.driven({**constants, **gains})  # one left out has its default again
         own = self.given["p"]
         own[: len(p)], own[len(self.now.p) : len(self.now.p) + len(gains)] = p, [*gains.values()]

@@ -25,7 +25,7 @@ from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import MOST_STEPS, STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
-from kane.motion.runner import Plan, Runner, Runners, SingleRunner, check_values, is_plain, stops_of
+from kane.motion.runner import Plan, Runner, Runners, SingleRunner, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
 from kane.motion.solution.resumed import (
@@ -272,8 +272,7 @@ def runner_of(
     )
     stepper = Stepper(eom, p, tuple(drives.values()), settings)
     name = chosen(method.name, stepper, stepper.now.drives, method.rtol, method.max_step)
-    stops = stops_of(options["breakpoints"], drives.values(), span)
-    method = replace(method, name=name, free=method.name == AUTO, breakpoints=stops)
+    method = replace(method, name=name, free=method.name == AUTO)
     if not is_plain(stepper, method):
         return None
     return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)

@@ -11,6 +11,7 @@ import pytest
 import kane as kn
 from kane.gallery import four_bar, pendulum_on_cart
 from tests.motion.many.separate import simulated_separately
+from tests.motion.test_contact_runner import pushed
 
 KP, KD, W, MOST = kn.parameter("kp", 40.0), kn.parameter("kd", 8.0), kn.parameter("w"), kn.parameter("most", 3.0)
 COUNT = 70
@@ -226,15 +227,8 @@ def test_a_parameter_of_inputs_without_a_value_is_named() -> None:
 
 def test_gains_of_motions_with_contacts(separate: list[Any]) -> None:
     """A block on a floor is pushed by a force whose amplitude and feedback differ; no instance is simulated separately."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    x, y = kn.coordinates("x y", "m")
-    g, m, F = kn.parameter("g", 9.81, "m/s^2"), kn.parameter("m", 2.0, "kg"), kn.input("F", "N")
-    P = O.at("P", x * N.x + y * N.y)
-    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.5)
-    bodies = [kn.Particle("block", P, m)]
-    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x)]
-    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
+    eom = pushed()
+    (x, _), (m,), F = eom.coordinates, [s for s in eom.parameters if s.name == "m"], eom.inputs[0]
     laws = {
         "gains": KP / 2 * kn.sin(3 * kn.time) - KD * eom.speeds[0] / 10 - m * x,
         "time": KP / 2 * kn.sin(KD * kn.time),
@@ -243,7 +237,7 @@ def test_gains_of_motions_with_contacts(separate: list[Any]) -> None:
     rng = np.random.default_rng(1)
     columns = {KP: rng.uniform(20, 60, 8), KD: rng.uniform(3, 9, 8), m: rng.uniform(1, 3, 8)}
     for name, law in laws.items():
-        options: dict[str, Any] = {"q": [0, 0], "u": [0.3, 0], "inputs": {"F": law}, "samples": 9}
+        options: dict[str, Any] = {"q": [0, 0], "u": [0.3, 0], "inputs": {"F": law, "H": 0.0}, "samples": 9}
         separate.clear()
         runs = kn.simulate_many(eom, (0, 3), **options, parameters=columns, outputs={"x": x, "F": F}, threads=1)
         # those that come to a mode first; inputs that break at other times have kernels of their own
@@ -283,8 +277,9 @@ def test_an_output_with_the_name_of_another_variable_is_refused(name: str) -> No
 
 def test_functions_to_check_are_a_list() -> None:
     eom, _, _ = cart()
+    wrong: Any = False
     with pytest.raises(kn.ArgumentError, match="a list of integrals or expressions to check, got False"):
-        kn.simulate(eom, (0, 1), q=[0.1, 0.2], u=[0, 0], inputs={"F": 0.5}, check=False)  # type: ignore[arg-type]
+        kn.simulate(eom, (0, 1), q=[0.1, 0.2], u=[0, 0], inputs={"F": 0.5}, check=wrong)
 
 
 @pytest.mark.parametrize("rate", [2.0, 40.0])

@@ -25,7 +25,7 @@ from kane.motion.derivatives.parameter_slopes import evaluated
 from kane.motion.derivatives.pulling import Laws
 from kane.motion.derivatives.tangent_space import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
-from kane.motion.inputs.expressions import Formula, gains_of, with_value
+from kane.motion.inputs.expressions import Formula, gains_of
 from kane.motion.inputs.functions import constant
 from kane.motion.solution.phases import Phase, same_drive
 from kane.numeric.arrays import Array
@@ -244,11 +244,7 @@ def _values(phase: Phase, by: Sequence[Parameter]) -> Array:
 
 def _at(phase: Phase, by: Sequence[Parameter], values: Array) -> Phase:
     """A phase with other parameter values, also within its inputs."""
-    new = dict[Expr, Any](zip(by, values.tolist(), strict=True))
-    return Phase(
-        {s: new.get(s, v) for s, v in phase.parameters.items()},
-        {s: with_value(f, new) for s, f in phase.inputs.items()},
-    )
+    return phase.at(dict(zip(by, values.tolist(), strict=True)))
 
 
 def _split(

@@ -343,8 +343,8 @@ def at_start(
     An event occurs if its quantity leaves in its direction; one in both directions does not occur by leaving. Events in `known`, by
     name, have occurred before, and their sides are given, 0 if undetermined; the band is the fraction `rounded` of their terms, as for
     a contact that opens, or twice their distance beyond the threshold: after actions `beyond`, else, with `rounded`, where projection
-    has moved them. A state at the end of a motion has the
-    relative error `rtol`: derivatives of this size, as of a quantity that constraints kept at its threshold, count as zero.
+    has moved them. A state at the end of a motion has the relative error `rtol`: derivatives of this size, as of a quantity that
+    constraints kept at its threshold, count as zero.
     """
     share = max(ROUNDED_TERMS, rtol)
     met: list[Met] = []

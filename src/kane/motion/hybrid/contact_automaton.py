@@ -321,9 +321,8 @@ class _Automaton(After):
             beyond = (contact >= 0) & (kind >= float(OPENS)) & (kind <= float(SLIPPING)) & (value < 0.0)
             with w.when(leaves):
                 self.seen[at] = self.least[at]
-                within = of.largest(
-                    band, (self.least[at] - value) * 2.0
-                )  # projection may have moved it below its threshold
+                # projection may have moved it below its threshold
+                within = of.largest(band, (self.least[at] - value) * 2.0)
                 for j, x in enumerate((*map(w.constant, (1.0, 1.0, 1.0)), within, w.constant(SOON))):
                     self.leaves[at * LEAVES + j] = x
             with w.otherwise(), w.when((~beside & (self.begun[at] > -0.5)) | beyond):

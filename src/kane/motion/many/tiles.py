@@ -29,13 +29,13 @@ from kane.motion.inputs.breakpoints import clock, may_have_bumps
 from kane.motion.inputs.expressions import Formula, along, gains_of, given_parameters, with_value
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
-from kane.motion.runner import Plan, Runner, check_values, stepped_along, stops_of, surely_admitted
+from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
 from kane.motion.simulate import are_fixed, by_runner, check_conserved, contacts_of, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
 from kane.motion.steps import Stepper
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.program.native.machine import Settings
 from kane.progress import check_whole
 
@@ -77,13 +77,7 @@ class Ensemble:
         """Whether one runner can run all instances: inputs are the same, or expressions that differ by parameters."""
         own = self.instances
         given = {*own.columns["parameters"], *(own.common["parameters"] or {})}
-        laws = are_fixed(self.eom, own.common["inputs"], given)
-        return not own.vary_inputs or (laws and not own.columns["inputs"])
-
-    def drives(self, k: int, runner: "Runner | ContactBatch", constants: Mapping[Expr, float]) -> Mapping[Expr, Any]:
-        """The inputs of the kth instance, with the values of its parameters."""
-        known = {**given_parameters(self.instances.at(k)["parameters"]), **constants}
-        return {s: with_value(f, known) for s, f in runner.drives.items()}
+        return not own.vary_laws or are_fixed(self.eom, own.common["inputs"], given)
 
     def parameters(self, p: Array, places: Sequence[int], drives: Mapping[Expr, Any]) -> Array:
         """Rows of parameters for instances: rows p of those of the equations, then those of inputs alone."""
@@ -245,17 +239,22 @@ def _in_one_call(
     family: Ensemble, bound: TileRunner, batch: Batch, starts: tuple["Starts", dict[int, Outcome[Solution]]]
 ) -> Tile:
     """The outcomes of a tile by one call; instances that it does not complete are run individually."""
-    begun, found = starts
-    if batch.runner.timed:
-        begun = _with_breakpoints(family, batch, begun, found)
+    (begun, found), runner = starts, batch.runner
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
-    ran = batch.run(begun.x, family.parameters(begun.p, begun.places, batch.runner.drives), begun.reach)
+    p = family.parameters(begun.p, begun.places, runner.drives)
+    if runner.timed:
+        kept = _with_breakpoints(family, batch, begun, p)
+        found |= {k: Outcome[Solution](None) for k, own in zip(begun.places, kept, strict=True) if not own}
+        begun, p = begun.of(np.flatnonzero(kept)), p[kept]
+        if not begun.places:
+            return Tile(_one_by_one(family, bound, found))
+    ran = batch.run(begun.x, p, begun.reach)
     together = ran.done & ran.kept & (not family.check)
     for n in map(int, np.flatnonzero(~together)):
         k = begun.places[n]
-        found[k] = decided(_judged, family, batch, ran, n, begun) if ran.done[n] else Outcome(None)
-    finished = [_together(family, batch, ran, np.flatnonzero(together), begun)] if together.any() else []
+        found[k] = decided(_judged, family, batch, ran, n, begun, p) if ran.done[n] else Outcome(None)
+    finished = [_together(family, batch, ran, np.flatnonzero(together), begun, p)] if together.any() else []
     return Tile(_one_by_one(family, bound, found), finished)
 
 
@@ -266,26 +265,30 @@ def _one_by_one(
     return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
 
 
-def _with_breakpoints(family: Ensemble, batch: Batch, begun: "Starts", found: dict[int, Outcome[Solution]]) -> "Starts":
-    """The starts of motions with the breakpoints of the batch; the others are open."""
-    count, eom, runner = len(begun.places), family.eom, batch.runner
-    columns = (*eom.parameters, *gains_of(runner.drives.values()))
-    values = dict[Expr, Any](zip(columns, family.parameters(begun.p, begun.places, runner.drives).T, strict=True))
+def _with_breakpoints(family: Ensemble, batch: Batch, begun: "Starts", p: Array) -> Mask:
+    """Which motions, with rows p of parameters, have the breakpoints of the batch."""
+    count, runner = len(p), batch.runner
+    columns = dict[Expr, Any](zip(runner.parameters, p.T, strict=True))
     clocks = [clock([f.expr]) for f in runner.drives.values() if isinstance(f, Formula)]
     doubtful = np.full(count, bool(batch.breakpoints) or any(own.turning for own in clocks))
     for own in clocks:
-        doubtful |= may_have_bumps(own.pulses, values, count, runner.span)
+        doubtful |= may_have_bumps(own.pulses, columns, count, runner.span)
     kept = np.ones(count, dtype=bool)
     for n in np.flatnonzero(doubtful).tolist():
-        drives = family.drives(begun.places[n], runner, begun.start(n).constants(eom)).values()
-        kept[n] = stops_of(family.plan.breakpoints or (), drives, runner.span) == batch.breakpoints
-    found |= {k: Outcome[Solution](None) for k, own in zip(begun.places, kept, strict=True) if not own}
-    return begun.of(np.flatnonzero(kept))
+        phase = _phase(family.eom, runner, begun, n, p)
+        kept[n] = runner.breakpoints_for(family.eom, phase.inputs) == batch.breakpoints
+    return kept
 
 
-def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, begun: "Starts") -> Solution:
+def _phase(eom: Equations, runner: Runner, begun: "Starts", n: int, p: Array) -> Phase:
+    """The parameters and inputs of the nth of some motions with rows p of parameters."""
+    known = dict[Expr, Any](zip(runner.parameters, p[n].tolist(), strict=True))
+    return Phase(begun.start(n).constants(eom), runner.drives).at(known)
+
+
+def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, begun: "Starts", p: Array) -> Solution:
     """The nth motion of a batch as a single solution."""
-    runner, phase, start = batch.runner, _phase(family, batch.runner, begun, n), begun.start(n)
+    runner, phase, start = batch.runner, _phase(family.eom, batch.runner, begun, n, p), begun.start(n)
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
@@ -297,22 +300,13 @@ def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, begun: "Starts") -
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
 
-def _phase(family: Ensemble, runner: "Runner | ContactBatch", begun: "Starts", n: int) -> Phase:
-    """The parameters and inputs of a motion."""
-    constants = begun.start(n).constants(family.eom)
-    return Phase(constants, family.drives(begun.places[n], runner, constants))
-
-
-def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
+def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts", p: Array) -> Finished:
     """Motions of a batch as one table; with a phase for each set of parameters if more than states is recorded."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
-    drives, places = dict(runner.drives), [begun.places[k] for k in own]
-    given = family.parameters(begun.p[own], places, drives).tolist()
-    columns = (*eom.parameters, *gains_of(drives.values()))
+    drives = dict(runner.drives)  # each phase has the values of the parameters in them
     phases = tuple(
-        Phase({**begun.start(k).usual, **dict(zip(columns, row, strict=True))}, drives)
-        for k, row in zip(own, given, strict=True)
+        Phase({**begun.start(k).usual, **dict(zip(runner.parameters, p[k].tolist(), strict=True))}, drives) for k in own
     )
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.model.declarations import Event
-from kane.motion.inputs.expressions import Formula, HeldInput
+from kane.motion.inputs.expressions import Formula, HeldInput, with_value
 from kane.motion.inputs.functions import constant
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
@@ -27,6 +27,14 @@ class Phase:
     parameters: Mapping[Expr, float]
     inputs: Mapping[Expr, Callable[[Any], Any]]
     by: tuple[Event, ...] = ()
+
+    def at(self, values: Mapping[Expr, Any]) -> "Phase":
+        """The same with other values of parameters, also within its inputs; those left out keep theirs."""
+        return replace(
+            self,
+            parameters={s: values.get(s, v) for s, v in self.parameters.items()},
+            inputs={s: with_value(f, values) for s, f in self.inputs.items()},
+        )
 
     def same(self, other: "Phase") -> bool:
         """Whether a later phase has the same parameters and inputs."""
