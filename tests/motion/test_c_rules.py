@@ -49,8 +49,8 @@ def findings(folder, text, *options, main=()):
     """Rules that a text does not keep, deviations apart, and errors that are found in it, with its lines.
 
     In the lines `main`, from 1, the rules of input and output may be broken. The addon runs by itself, as cppcheck shows but one
-    of its findings a line. Its check of rule 8.2 (named parameters) takes a time that grows with the square of a text's length, so it is left
-    to short texts, whose functions are printed as those of long ones.
+    of its findings a line. Its check of rule 8.2 (named parameters) takes a time that grows with the square of a text's length,
+    so it is left to short texts, whose functions are printed as those of long ones.
     """
     slow = [] if text.count("\n") < SHORT else ["--suppress-rules", "8.2"]
     source = folder / "emitted.c"
