@@ -10,8 +10,7 @@ import numpy as np
 from kane.errors import cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, StateVariable
-from kane.interop.imported import Remarks
-from kane.interop.names import FreeNames
+from kane.interop.imported import FreeNames, Remarks
 from kane.interop.robots.records import Move, Robot
 from kane.model.constraints import Constraint
 from kane.model.contacts import ContactLaw
