@@ -21,10 +21,10 @@ import numpy as np
 from kane import expect
 from kane.equations.state import State, guess
 from kane.errors import ModelError, listed_warnings, warn
+from kane.expr import operators
 from kane.expr.build import sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.operators import less, max, min, where
 from kane.expr.symbols import Coordinate, Input, Speed, StateVariable
 from kane.interop.imported import Imported, Remark
 from kane.interop.robots.making import KINDS, Making, Options, on_joint, plain, turned, vector
@@ -367,7 +367,9 @@ def strung(made: Making, s: Strand) -> Strung:
     tendon = Strung(length, ends, arms, s.arms)
     if s.stiffness:
         low, high = s.rest
-        slack = where(less(length, low), length - low, where(less(high, length), length - high, 0))
+        slack = operators.where(
+            operators.less(length, low), length - low, operators.where(operators.less(high, length), length - high, 0)
+        )
         stretch = length - low if low == high else slack
         made.loads.append(Load.from_potential(s.stiffness * stretch**2 / 2, f"spring of {name}"))
     if s.damping:
@@ -397,7 +399,7 @@ def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
     gain, bias = (k[0] + length * k[1] + rate * k[2] for k in (d.gain, d.bias))
     effort = acting * gain + bias
     if d.bounds is not None:
-        effort = min(max(effort, d.bounds[0]), d.bounds[1])
+        effort = operators.min(operators.max(effort, d.bounds[0]), d.bounds[1])
     effort = as_expr(effort * d.gear)
     if d.strand and strands[d.strand].ends:
         for joint in _limited_within(made.robot, d.strand):
@@ -424,5 +426,5 @@ def exert(made: Making) -> None:
     """Adds the total efforts of actuators on joints, within the joints' limits."""
     for joint, efforts in made.efforts.items():
         bounds, whole = made.moves[joint].force_limits, sum_of(efforts)
-        effort = whole if bounds is None else min(max(whole, bounds[0]), bounds[1])
+        effort = whole if bounds is None else operators.min(operators.max(whole, bounds[0]), bounds[1])
         made.loads.append(on_joint(made.joints[joint], effort, f"actuators on {made.joints[joint].name}"))
