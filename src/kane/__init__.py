@@ -265,11 +265,6 @@ _other_names = {
 if not TYPE_CHECKING:  # checkers of types know the names
     __getattr__ = _offered(__name__, _NAMES)
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
-
-
 # In reading order: declare, derive, look, run. Names of families that are not in this list can be reached here, too.
 __all__ = [
     "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "inputs", "input", "state",

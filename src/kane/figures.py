@@ -39,7 +39,3 @@ __all__ = [
     "cycle_figure", "energy_balance", "fit_figure", "link_shapes", "mode_figure", "plot", "report", "root_locus",
     "scene", "shape", "sketch",
 ]  # fmt: skip
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
