@@ -8,9 +8,8 @@ __getattr__ = offered(
     {
         "first_screen": "multiplied_out screen_of terms",
         "linearized.branch_figures": "through_meetings",
-        "plotted.lines": "spread",
-        "plotted.runs": "bend",
-        "plotted.traces": "size_of_terms",
+        "figure": "spread",
+        "traces": "bend size_of_terms",
         "check_figures": "motion_checks",
         "formula_list": "WIDTH formulas step_text wrapped",
         "motion_plots": "COLOURS level plots",

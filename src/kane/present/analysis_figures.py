@@ -23,12 +23,10 @@ from kane.motion.fitting.found import Fit
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
-from kane.present.figure import Picture, file_path, panel_column, saved
+from kane.present.figure import ABOVE, Picture, draw, file_path, look, panel_column, saved
 from kane.present.linearized.branch_figures import label_along
 from kane.present.motion_plots import COLOURS, label_of
-from kane.present.plotted.lines import ABOVE, draw, look
-from kane.present.plotted.runs import PlottedRun, runs_of, smooth
-from kane.present.plotted.traces import NOISE, Axis, Panel, energies, in_time, judged, readable
+from kane.present.traces import NOISE, Axis, Panel, PlottedRun, energies, in_time, judged, readable, runs_of, smooth
 from kane.units.rules import unit_text
 
 _LEAST = 1e-6

@@ -20,8 +20,7 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut
 from kane.interop.imported import Imported, Remarks
-from kane.interop.robots.build import built
-from kane.interop.robots.making import Options, Symbolic, plain
+from kane.interop.robots.build import Options, Symbolic, built, plain
 from kane.interop.robots.records import (
     Actuation,
     Closure,
