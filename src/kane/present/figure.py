@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`plot`: quantities along motions in one figure, for papers, notebooks and scripts; lines with names at their ends if there is room."""
+"""`plot`: quantities along motions in one figure, for papers, notebooks and scripts; lines, named at their ends if there is room."""
 
 import io
 import re
