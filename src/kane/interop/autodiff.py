@@ -39,16 +39,12 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
 
     Parameters
     ----------
-    eom
-        The equations, from `kn.derive`.
-    routine
-        "rhs" (ẋ), "mass_matrix", "forcing", "reactions", "inverse_dynamics" or another of `Compiled.emit`; additional arguments
-        such as the accelerations a follow x.
-    single
-        Permit single precision. By default JAX must be set to double precision, because the rounding errors of a right-hand side in
-        single precision soon dominate an integration.
-    native
-        Call kane's machine code from XLA, on CPUs only, instead of compiling thousands of operations with XLA. ẋ has compiled
+    eom : the equations, from `kn.derive`
+    routine : "rhs" (ẋ), "mass_matrix", "forcing", "reactions", "inverse_dynamics" or another of `Compiled.emit`; additional
+        arguments such as the accelerations a follow x
+    single : permit single precision. By default JAX must be set to double precision, because the rounding errors of a right-hand
+        side in single precision soon dominate an integration.
+    native : call kane's machine code from XLA, on CPUs only, instead of compiling thousands of operations with XLA. ẋ has compiled
         first derivatives with respect to all arguments; higher ones, and those of other routines, are as without `native`.
 
     Returns
@@ -85,13 +81,10 @@ def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callabl
 
     Parameters
     ----------
-    eom
-        The equations, from `kn.derive`.
-    routine
-        As in `to_jax`.
-    native
-        Call kane's machine code, on CPUs only, once instead of one call for each operation. ẋ has compiled first derivatives with
-        respect to all arguments; higher ones, and those of other routines, are as without `native`.
+    eom : the equations, from `kn.derive`
+    routine : as in `to_jax`
+    native : call kane's machine code, on CPUs only, once instead of one call for each operation. ẋ has compiled first derivatives
+        with respect to all arguments; higher ones, and those of other routines, are as without `native`.
 
     Raises
     ------
@@ -135,12 +128,10 @@ def to_casadi(eom: Any, routine: str = "rhs") -> Any:
 
     Parameters
     ----------
-    eom
-        The equations, from `kn.derive`.
-    routine
-        "rhs": ẋ = f(t, x, p, r). "residual": 0 = F(t, x, xdot, p, r), the rates of the coordinates, then M u̇ − f, then the rates of
-        further states, without a solution for u̇, as collocation needs it. With constraints M u̇ − f would equal the constraint
-        forces, so that F is xdot − f(t, x, p, r). Others as in `to_jax`.
+    eom : the equations, from `kn.derive`
+    routine : "rhs": ẋ = f(t, x, p, r). "residual": 0 = F(t, x, xdot, p, r), the rates of the coordinates, then M u̇ − f, then the
+        rates of further states, without a solution for u̇, as collocation needs it. With constraints M u̇ − f would equal the
+        constraint forces, so that F is xdot − f(t, x, p, r). Others as in `to_jax`.
 
     Returns
     -------
