@@ -99,10 +99,6 @@ def to_fmu(
     tolerance : relative and absolute tolerance of co-simulation, unless the importer sets one
     binary : whether to compile the library
 
-    Returns
-    -------
-    FMU
-
     Raises
     ------
     ProgramError
