@@ -100,6 +100,8 @@ def gear_pair(
 ) -> Constraint:
     """The constraint of two meshing spur gears, or of a gear and an internal gear.
 
+    It is a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -108,11 +110,6 @@ def gear_pair(
     internal : whether `b` is an internal (ring) gear
     axis : unit vector of the gears' axes; by default that of the pin `a`
     phase : the angle φ (rad) of `a` at θ_b = 0, if both are pins of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the gears")
     first, second = _of_pin(name, a), _of_pin(name, b)
@@ -179,6 +176,8 @@ def rack_and_pinion(
 ) -> Constraint:
     """The constraint of a pinion that meshes with a rack.
 
+    It is a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -189,11 +188,6 @@ def rack_and_pinion(
     along : unit vector along the rack, fixed in a carrier of the pinion; by default the slider's axis. The teeth are on the side
         along × axis of the pinion, so that turning about +axis moves the rack along +along; for the other side reverse `along`
     phase : the angle φ (rad) of the pinion at s = 0, if both are joints of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the rack and pinion")
     n = axis if axis is not None else pinion.axis if isinstance(pinion, Joint) else None
@@ -229,6 +223,8 @@ def bevel_pair(
 ) -> Constraint:
     """The constraint of two meshing bevel gears, whose axes meet at the apex.
 
+    It is a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -239,11 +235,6 @@ def bevel_pair(
     axes : unit vectors of the axes, from the apex towards the gears; by default those of the pins. If both point away from the
         apex, or both towards it, the gears turn about them in opposite senses
     phase : the angle φ (rad) of `a` at θ_b = 0, if both are pins of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the bevel gears")
     first, second = _of_pin(name, a), _of_pin(name, b)
@@ -279,6 +270,8 @@ def worm_pair(
 ) -> Constraint:
     """The constraint of a worm and a worm wheel, whose axes are perpendicular.
 
+    It is a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -289,11 +282,6 @@ def worm_pair(
     hand : "right" or "left", of the thread
     axes : unit vectors of the axes of wheel and worm; by default those of the pins
     phase : the angle φ (rad) of the worm at θ = 0 of the wheel, if both are pins of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the worm gear")
     expect.that(hand in ("right", "left"), f'hand="right" or "left" of the worm {name!r}', hand)
