@@ -123,15 +123,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
             f"Expected the repeated motion to reach t = {end:.9g} again, got one that ends at {whole.t[-1]:.9g}: "
             f"{whole.message}. Functions that are inputs must return the same values at each call."
         )
-    return replace(
-        whole,
-        t=whole.t[places],
-        states=whole.states[places],
-        work=whole.work[places],
-        phase=whole.phase[places],
-        samples=tuple(whole.samples[k] for k in places) if whole.samples else (),
-        _again=Between(whole),
-    )
+    return replace(whole._only(places), _again=Between(whole))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
