@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import reduce
 from operator import itemgetter
 from time import monotonic
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -522,46 +522,3 @@ def stepped_along(eom: Equations, changed: Sequence[tuple[float, Routines]], t: 
     every = [eom, *(now.eom for _, now in changed)]
     counts = np.diff(np.searchsorted(t, [at for at, _ in changed]), prepend=0, append=len(t))
     return [one for one, count in zip(every, counts.tolist(), strict=True) for _ in range(count)]
-
-
-class SingleRunner(Protocol):
-    """An object that integrates one motion at a time, as `Runner` does: `take` parameters, `begin` at a start, `run`."""
-
-    usual: dict[Expr, float]
-    options: Mapping[str, Any]
-
-    def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
-        """Sets the values of the parameters for the next motions."""
-
-    def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
-        """(q, u, a) from start values; None if a motion from there needs the general loop."""
-
-    def run(
-        self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
-    ) -> tuple[Solution | None, bool]:
-        """The motion, and whether its energy balance certainly holds; None if it needs the general loop."""
-
-
-class Runners:
-    """The runners of one plan, as many as were in use at the same time; the `first` calls are made without one."""
-
-    def __init__(self, first: int = 0) -> None:
-        self._free, self._left, self.is_plain = list[SingleRunner](), first, True
-
-    def ready(self) -> bool:
-        """Whether a runner is to be used for this call, which is counted."""
-        self._left -= 1
-        return self.is_plain and self._left < 0
-
-    def take(self, made: Callable[[], SingleRunner | None]) -> SingleRunner | None:
-        """A free runner, or a new one by `made()`; None if the motions of the plan need the general loop."""
-        try:
-            return self._free.pop()
-        except IndexError:
-            runner = made()
-            self.is_plain = runner is not None
-            return runner
-
-    def give_back(self, runner: SingleRunner) -> None:
-        """Marks a runner as free."""
-        self._free.append(runner)
