@@ -6,7 +6,7 @@ expressions. Start, parameters and energy are checked by sufficient conditions i
 hold, the general loop integrates the motion from its beginning (`loop.py`) and decides.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import reduce
@@ -41,7 +41,7 @@ from kane.motion.hybrid.automaton import (
     stands_beside,
 )
 from kane.motion.inputs.breakpoints import stretch
-from kane.motion.inputs.expressions import Formula, gains_of, with_value
+from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
 from kane.motion.integrators import spelled
@@ -63,6 +63,7 @@ from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import hoisting, hoists_of
+from kane.program.native.machine import Settings
 from kane.progress import is_noted, noted, working
 
 _PATIENCE = 0.05
@@ -164,9 +165,31 @@ def _admitted(eom: Equations) -> Kept[bool]:
     return Kept()
 
 
-def _reads_inputs(eom: Equations) -> bool:
-    """Whether the quantities of `judged` depend on inputs."""
-    return not set(eom.inputs).isdisjoint(free_symbols(eom.numeric().value(judged).groups["judged"].roots))
+def _reads_inputs(eom: Equations, drives: Iterable[Any]) -> bool:
+    """Whether the quantities of `judged` depend on inputs that are not constant."""
+    read = free_symbols(eom.numeric().value(judged).groups["judged"].roots)
+    return any(constant(f) is None for f in drives) and not set(eom.inputs).isdisjoint(read)
+
+
+class Judge:
+    """The routine of `judged` for motions with the same inputs, at many times and states."""
+
+    def __init__(self, eom: Equations, settings: Settings | None, drives: Sequence[Any]) -> None:
+        self.routine, self.drives = eom.numeric(settings).routine(judged).flat, drives
+        self.parameters, self.reads = (*eom.parameters, *gains_of(drives)), _reads_inputs(eom, drives)
+        self.r = np.array([*(constant(f) or 0.0 for f in drives), 0.0], dtype=float)
+
+    def __call__(self, t: Array, y: Array, p: Array) -> Array:
+        """K, E and the least pivot (rows × 3) at times and y, with parameters, those of inputs alone last, for each row or for all."""
+        rows, y, found = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(y), np.zeros((len(t), 3))
+        r, width = self.r, rows.shape[1] if len(p) > 1 else 0
+        if self.reads:
+            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) != 1 else p[0], strict=True))
+            inputs = values([with_value(f, known) for f in self.drives], t, y[:, :-1])
+            r = np.column_stack([inputs, np.zeros(len(t))])
+        places = (t.copy(), 1), (y, y.shape[1]), (rows, width), (r, len(self.r) * self.reads)
+        self.routine.on_rows(*places, out=found)()
+        return found
 
 
 def is_plain(stepper: Stepper, method: Method) -> bool:
@@ -201,7 +224,7 @@ class Runner:
         self.told = b""
         varied = [f for f in drives.values() if isinstance(f, Formula) and f.values]
         self.varied, self.timed = bool(varied), time in free_symbols([f.expr for f in varied])
-        self.reads = _reads_inputs(stepper.eom) and any(constant(f) is None for f in drives.values())
+        self.reads = _reads_inputs(stepper.eom, drives.values())
         self.starts: dict[Any, tuple[Array, Array]] = {}
         self.holding: KernelConstraints | None = None
         self.marks = np.zeros(len(times) + 1)
