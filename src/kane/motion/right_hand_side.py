@@ -352,7 +352,7 @@ def routines(
     numeric, jumps = eom.numeric(settings), jumping(eom, turning_laws(drives))
     law = law_and(drives, eom.inputs, jumps[len(jumping(eom)) :])
     turning = [(switched, *law.values[len(eom.inputs) :])] if jumps else []
-    makes = [(rates,), *turning, *((make,) for make in others)]
+    makes: list[tuple[Any, ...]] = [(rates,), *turning, *((make,) for make in others)]
     numeric.compile(*makes)
     own, *more = (numeric.routine(*make).flat for make in makes)
     sides = more[0] if turning else None
