@@ -296,7 +296,8 @@ def fit(
         pieces = [
             piece for course, one in zip(courses, found, strict=True) for piece in _segments(course, one, count, names)
         ]
-        bodies = possible_bodies(eom, parameters, _first(courses[0], parameters)) if physical else ()
+        first = courses[0].at(dict(zip(courses[0].by, courses[0].first.tolist(), strict=True)))
+        bodies = possible_bodies(eom, parameters, first.parameters) if physical else ()
         search = FitSearch(
             FitProblem(pieces, parameters, bodies),
             courses,
@@ -306,12 +307,6 @@ def fit(
             max_steps,
         )
         return search.run(_sigma(names, sigma))
-
-
-def _first(course: ParametricMotion, unknown: Sequence[Parameter]) -> dict[Expr, Any]:
-    """The initial values of all parameters in the search."""
-    own = dict(zip(course.by, course.first.tolist(), strict=True))
-    return {**course.parameters, **{s: own[s] for s in unknown}}
 
 
 def _sigma(names: Sequence[str], given: Any) -> Array | None:
