@@ -223,27 +223,12 @@ def unembedded(eom: Equations) -> Bundle[Unembedded]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Routines:
-    """Compiled equations with values `p` of the parameters and inputs `drives` as functions; `width` is the length of (q, u, a).
-
-    Bundles are compiled with `settings`, and with the switches of `quantities` replaced by their values on a side.
-    `numbers` are the constants in inputs that are expressions, and in the quantities at which these switch. If a kernel decides
-    switches, p ends with the sides of `quantities`, `written` are the inputs on these sides, and `turning` are the quantities in the
-    form that routines take.
-    """
+class SidedEquations:
+    """Equations whose bundles are compiled with `settings`, the switches of `quantities` replaced by their values on a side."""
 
     eom: Equations
     settings: Settings | None
     quantities: tuple[Expr, ...]
-    p: Array
-    drives: tuple[Callable[[Any], Any], ...]
-    width: int
-    rates: CompiledRoutine
-    events: CompiledRoutine | None = None
-    switches: CompiledRoutine | None = None
-    numbers: tuple[float, ...] = ()
-    written: tuple[Callable[[Any], Any], ...] = ()
-    turning: tuple[Expr, ...] = ()
 
     def routine(self, make: Callable[..., Bundle[R]], *arguments: Any) -> BundleRoutine[R]:
         """The compiled routine of a bundle."""
@@ -256,6 +241,26 @@ class Routines:
 
     def _on_sides(self, *make: Any) -> tuple[Any, ...]:
         return (sided, len(self.quantities), *make) if self.quantities else make
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Routines(SidedEquations):
+    """Compiled equations with values `p` of the parameters and inputs `drives` as functions; `width` is the length of (q, u, a).
+
+    `numbers` are the constants in inputs that are expressions, and in the quantities at which these switch. If a kernel decides
+    switches, p ends with the sides of `quantities`, `written` are the inputs on these sides, and `turning` are the quantities in the
+    form that routines take.
+    """
+
+    p: Array
+    drives: tuple[Callable[[Any], Any], ...]
+    width: int
+    rates: CompiledRoutine
+    events: CompiledRoutine | None = None
+    switches: CompiledRoutine | None = None
+    numbers: tuple[float, ...] = ()
+    written: tuple[Callable[[Any], Any], ...] = ()
+    turning: tuple[Expr, ...] = ()
 
     @property
     def laid(self) -> tuple[Callable[[Any], Any], ...]:
@@ -349,12 +354,10 @@ def routines(
     *others: Callable[[Equations], Bundle[Any]],
 ) -> Routines:
     """The compiled equations; the bundles of `others` are compiled in the same module."""
-    numeric, jumps = eom.numeric(settings), jumping(eom, turning_laws(drives))
+    equations, jumps = SidedEquations(eom, settings, ()), jumping(eom, turning_laws(drives))
     law = law_and(drives, eom.inputs, jumps[len(jumping(eom)) :])
     turning = [(switched, *law.values[len(eom.inputs) :])] if jumps else []
-    makes: list[tuple[Any, ...]] = [(rates,), *turning, *((make,) for make in others)]
-    numeric.compile(*makes)
-    own, *more = (numeric.routine(*make).flat for make in makes)
+    own, *more = equations.compiled((rates,), *turning, *((make,) for make in others))
     sides = more[0] if turning else None
     return Routines(eom, settings, (), p, tuple(drives), len(eom.state), own, None, sides, law.numbers)
 
