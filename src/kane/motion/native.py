@@ -381,7 +381,7 @@ class KernelSolver:
             assert end_of is not None
             states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
         count, own = int(self.given["events"]), len(self.stepper.eom.events)
-        values = np.vstack([self.given["seen"][:count], self.now.watch_all(times[1:], states)])
+        values = np.vstack([self.given["seen"][:count], self.now.watch(times[1:], states)])
         # at the end the kernel's values, with which it begins the next step: rounding must not hide a crossing
         values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
         largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))

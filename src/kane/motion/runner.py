@@ -365,7 +365,7 @@ class Runner:
             if self.some is not self.states:
                 np.take(self.states, self.few, axis=0, out=self.some)
             if self.reads:
-                self.inputs[:, :-1] = self.now.inputs_all(self.t[self.few], self.some)
+                self.inputs[:, :-1] = self.now.inputs(self.t[self.few], self.some)
             self.judge()
             if self.verdict[0, 2] > SURELY_REGULAR:
                 phase = Phase(constants, self.drives)

@@ -204,7 +204,7 @@ class Stepper:
             return False
 
         def along(t: Array) -> RankHistory:
-            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t, dense(t).T)).a
+            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs(t, dense(t).T)).a
             found = looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
             return found._replace(side=np.ones_like(found.side)) if rank_alone else found
 

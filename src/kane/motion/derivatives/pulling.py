@@ -242,7 +242,7 @@ class Pulling:
             along_t, by_x, by_p = integrand.slopes(now, self.by, times, states)
             gains.integral[0] += float(np.sum(steps.h[:, None] * _B * along_t.reshape(m, STAGES)))
             source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors
-        inputs = now.inputs_all(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
+        inputs = now.inputs(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
         seeded, of_inputs = np.full(m, -1.0), aligned(rows * m * laws * STAGES)
         seeded[list(seeds)] = np.arange(len(seeds))
         back = _compiled(now.settings or Settings())(

@@ -83,19 +83,13 @@ class Stretch:
         return CollocationSteps(self.edges[:-1], np.diff(self.edges), np.arange(1, len(self.edges))).divided(parts)
 
 
-def rates(now: Routines, t: Array, x: Array) -> Array:
-    """f (k × n) at times (k) and states (k × n)."""
-    r = now.inputs_all(t, x) if now.drives else None
-    return now.rates(t, x, now.p, r)[:, :-1]
-
-
 def jacobians(stretch: Stretch, t: Array, x: Array) -> Array:
     """J (k × n × n) at times (k) and states (k × n)."""
     now, n = stretch.now, stretch.now.width
     if is_long(now):
         j = exact(now)
         return np.array([j(s, np.append(row, 0.0))[:n, :n] for s, row in zip(t.tolist(), x, strict=True)])
-    r = now.inputs_all(t, x)
+    r = now.inputs(t, x)
     held = now.routine(entries)(t, x, now.p, r)[:, :n, :n]
     if any(following([f]) and not isinstance(f, Formula) for f in now.drives):
         found = held + by_inputs(now, t, x, r)[:, :n] @ gains(now, t, x, r)
@@ -145,7 +139,7 @@ def _chunk(
     flat, own_units, end = times.reshape(-1), scale / scale[:, None], start / scale
     for _ in range(_ROUNDS):
         there = x.reshape(-1, n) * scale
-        f = rates(now, flat, there).reshape(steps, s, n) / scale
+        f = now.rate(flat, there)[:, :-1].reshape(steps, s, n) / scale
         j = jacobians(stretch, flat, there).reshape(steps, s, n, n) * own_units
         whole = np.eye(s * n) - np.einsum("m,ij,mjab->miajb", h, _A, j).reshape(steps, s * n, s * n)
         unit = np.tile(np.eye(n), (s, 1))
