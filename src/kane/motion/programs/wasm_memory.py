@@ -2,7 +2,6 @@
 """The memory of a WebAssembly module for a motion: addresses of arrays, kernels bound to them, rates by choice of dependent speeds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from types import MappingProxyType
 from typing import Any, cast
@@ -29,15 +28,8 @@ ADDRESSES = 2**30
 """Largest size of the samples (bytes), since addresses are signed 32-bit integers."""
 
 
-@dataclass(slots=True)
 class Memory:
     """The addresses of arrays, including those `shared` with others, and the integers among the tables."""
-
-    module: Module
-    program: Program
-    shared: Mapping[str, int]
-    arrays: dict[str, int]
-    integers: dict[str, int]
 
     def __init__(
         self,
@@ -47,8 +39,8 @@ class Memory:
         shared: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         self.module, self.program, self.shared = module, program, shared
-        self.arrays = {**shared, **{name: module.room(length, 64) for name, length in lengths.items()}}
-        self.integers = {}
+        self.arrays: dict[str, int] = {**shared, **{name: module.room(length, 64) for name, length in lengths.items()}}
+        self.integers: dict[str, int] = {}
 
     def give(self, parts: Sequence[SimulatorPart]) -> None:
         """Adds the tables of parts; all h are one array."""
