@@ -148,7 +148,7 @@ class Adjoint:
         own = {float(s.edges[place]): seed for place, seed in edges.items()}
         times, share = np.zeros(0), np.zeros(0)
         if integrand is not None:
-            panels = np.linspace(s.t0, s.t1, 1 + len(grid[0].h) if grid is not None else 1)
+            panels = np.linspace(s.t0, s.t1, 2 if grid is None else 1 + len(grid[0].h))
             times, share = gauss(_POINTS, panels.tolist())
         inner = times[(times > s.t0) & (times < s.t1)]
         cut = Stretch(s.now, s.by, s.feedback, x, np.unique(np.concatenate([s.edges, inner])), s.phase)
