@@ -317,12 +317,12 @@ class Routines(SidedEquations):
         h = hoisted(routine, t, y[: self.width], self.parameters(routine), r)
         return {name: h, f"hoist_{name}": hoist_entry(routine)}
 
-    def values(self, t: float, y: Array) -> dict[Expr, Any]:
-        """A number for every symbol of the equations and of inputs."""
+    def values(self, t: float | Array, y: Array) -> dict[Expr, Any]:
+        """A number, or one for each row, for every symbol of the equations and of inputs."""
         eom = self.eom
         symbols = (time, *eom.state, *eom.parameters, *eom.inputs)
-        p = self.p[: len(eom.parameters)]
-        known = dict(zip(symbols, [t, *y[: self.width], *p, *self.inputs(t, y)], strict=True))
+        p = self.p[: len(eom.parameters)].tolist()
+        known = dict(zip(symbols, [t, *y[..., : self.width].T, *p, *self.inputs(t, y).T], strict=True))
         return gains_of(self.drives) | known
 
     def explain(self, t: float, y: Array) -> str:

@@ -44,13 +44,8 @@ def law_slopes(now: Routines, by: Sequence[Symbol]) -> dict[Symbol, list[Expr]]:
 
 def evaluated(exprs: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array:
     """Values (expressions × m) at times (m) and states (m × n); parameters of inputs are substituted."""
-    eom = now.eom
-    values: dict[Expr, Any] = {}
-    for f in now.drives:
-        if isinstance(f, Formula):
-            values |= f.values
-    values |= dict(zip(eom.parameters, now.p.tolist(), strict=False)) | dict(zip(eom.state, x.T, strict=True))
-    values |= dict(zip(eom.inputs, now.inputs(t, x).T, strict=True)) | {time: t}
+    values: dict[Expr, Any] = {s: v for f in now.drives if isinstance(f, Formula) for s, v in f.values.items()}
+    values |= now.values(t, x)
     return np.array([np.broadcast_to(v, t.shape) for v in evaluate(exprs, values)]).reshape(len(exprs), len(t))
 
 
