@@ -27,6 +27,7 @@ from kane.motion.derivatives.parametric_motion import ParametricMotion, interval
 from kane.motion.derivatives.pulling import Integrand, Pulling
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
+from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import gauss
@@ -140,14 +141,21 @@ class Aim:
         """The violation of each condition, relative as in `apart`."""
         return self.apart(np.maximum(np.maximum(self.low - values, values - self.high), 0.0))
 
+    @property
+    def numbers(self) -> int:
+        """The number of differentiated values: the conditions, and the cost."""
+        return len(self.ends) + self.costs
+
     def value(self, motion: Solution) -> float:
         """J of a smooth motion with samples at `times`."""
         total = 0.0 if self.cost is ZERO else float(motion[self.cost][-1])
         if self.integral is not ZERO:
-            total += float(
-                self.weights @ motion[self.integral][np.minimum(np.searchsorted(motion.t, self.times), len(motion) - 1)]
-            )
+            total += float(self.weights @ motion[self.integral][self.rows(motion)])
         return total
+
+    def rows(self, motion: Solution) -> Indices:
+        """The samples of a motion at the quadrature times."""
+        return np.minimum(np.searchsorted(motion.t, self.times), len(motion) - 1)
 
 
 class Differentiated(NamedTuple):
@@ -187,8 +195,7 @@ class Flight:
         if self._last is None or self._last[0] != key:
             course, motion = self.at(z), self.motion(z, 2)
             drives = motion.phases[0].inputs.values()
-            few = len(self.aim.ends) + self.aim.costs <= _MANY * len(course.by)
-            back = few and Pulling.serves(drives)
+            back = self.aim.numbers <= _MANY * len(course.by) and Pulling.serves(drives)
             ends, by_ends, cost, by_cost = (
                 self._backwards(course.backwards(motion)) if back else self._forwards(course, motion)
             )
