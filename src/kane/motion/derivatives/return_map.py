@@ -110,35 +110,31 @@ class ReturnMap:
         own = parameter_values(self.eom.system, parameters)
         return {**own, **{s: v for s, v in given_parameters(parameters).items() if s not in own}}
 
-    def drives(self, parameters: Mapping[Any, float] | None, begin: float | None = None) -> dict[Expr, Function]:
-        """The inputs of a motion as functions, with given parameter values."""
-        known, t0 = self.known(parameters), self.t0 if begin is None else begin
-        return input_functions(self.eom, self.inputs, (t0, t0 + self.length(known)), known)
+    def span(self, parameters: Mapping[Any, float] | None) -> tuple[float, float]:
+        """The longest time span of a motion with given parameter values."""
+        return self.t0, self.t0 + self.length(self.known(parameters))
 
-    def __call__(
-        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
-    ) -> Solution:
-        """The motion that starts at x, at time `begin` or else at t0.
+    def drives(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Function]:
+        """The inputs of a motion as functions, with given parameter values."""
+        return input_functions(self.eom, self.inputs, self.span(parameters), self.known(parameters))
+
+    def __call__(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
+        """The motion that starts at x.
 
         Raises
         ------
         SimulationError
             if the section is not reached, or the motion ends before
         """
-        motion = self.motion(x, parameters, samples, begin)
-        t0 = self.t0 if begin is None else begin
-        self._check_end(motion, (t0, t0 + self.length(self.known(parameters))))
+        motion = self.motion(x, parameters, samples)
+        self._check_end(motion, self.span(parameters))
         return motion
 
-    def motion(
-        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
-    ) -> Solution:
+    def motion(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
         """The same without the check of its end; `parameters` may include those that occur only in inputs."""
-        eom, constants = self.eom, parameter_values(self.eom.system, parameters)
-        t0 = self.t0 if begin is None else begin
-        span = t0, t0 + self.length(self.known(parameters))
+        eom, constants, span = self.eom, parameter_values(self.eom.system, parameters), self.span(parameters)
         check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
-        drives = self.drives(parameters, begin)
+        drives = self.drives(parameters)
         bounds = {name: self.further.get(name) for name in ("max_steps", "max_seconds", "first_step")}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         fresh, beside = self._fresh(x, constants)
@@ -228,7 +224,7 @@ class ReturnMap:
 
     def again(self, motion: Solution, parameters: Mapping[Any, float]) -> Again:
         """A function that recomputes the motion at other sample times."""
-        return lambda samples: self.motion(motion.states[0], parameters, samples, float(motion.t[0]))
+        return lambda samples: self.motion(motion.states[0], parameters, samples)
 
     def timed(self, parameters: Mapping[Any, float]) -> bool:
         """Whether the equations depend on time explicitly, or an input is a function that may."""

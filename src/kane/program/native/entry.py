@@ -155,6 +155,13 @@ def aligned(count: int) -> Array:
     return raw[skip : skip + count]
 
 
+def aligned_copy(values: Array) -> Array:
+    """The numbers as an aligned array, with at least one element."""
+    copy = aligned(max(1, values.size))
+    copy[: values.size] = values.reshape(-1)
+    return copy
+
+
 class Hoisting:
     """Computes h of a routine from values of all ports, arrays and numbers of the right sizes; h depends only on parameters."""
 
