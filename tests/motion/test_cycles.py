@@ -384,6 +384,18 @@ def test_cycles_are_the_same_in_other_units(size):
         assert abs(cycle.x[1]) == pytest.approx(0.01788284, abs=1e-7)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e6, pytest.param(1e9, marks=pytest.mark.slow)])
+def test_a_start_beside_a_section_is_refused_in_any_units(size):
+    """The angle is off by a tenth of what it varies by, however many units the slide moves; the slide, however few."""
+    eom, x = slide(size)
+    th = next(q for q in eom.coordinates if q.name == "th")
+    for quantity, beside in ((th, {"th": 2e-3}), (x, {"x": 2e-3 * size})):
+        section = kn.Event("up", quantity, direction=1)
+        start = {"x": 0.3 * size, "th": 0.02, quantity.name: 0.0} | beside
+        with pytest.raises(kn.SimulationError, match="Expected a start on the section 'up'"):
+            kn.limit_cycle(eom, q=start, u=[0.1 * size, 0.1], section=section)
+
+
 @pytest.mark.parametrize("k", [1, 2, 3, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, 4))])
 def test_motions_far_from_a_cycle_are_told(k):
     """Half a cycle later the slide goes the other way: Newton's steps go to turns as fast as you like, and steps are shortened."""
