@@ -183,7 +183,7 @@ class ReturnMap:
         return h, float(np.abs(slopes) @ self._sizes(x, constants)) if h else 1.0
 
     def _sizes(self, x: Array, constants: Mapping[Expr, float]) -> Array:
-        """The change of each of q and u at the energy at which the largest one changes by itself; that of a further state is itself."""
+        """Changes of q and u at the energy of the largest one, each at least as large as itself; a further state is its own size."""
         eom, inputs = self.eom, self.inputs_at_start(constants)
         p, r = (
             [float(known[s]) for s in symbols] for known, symbols in ((constants, eom.parameters), (inputs, eom.inputs))
