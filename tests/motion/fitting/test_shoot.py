@@ -254,3 +254,22 @@ def test_the_size_of_an_unknown_that_begins_at_zero():
     )  # each half of the way, as each could the whole: 4 N or 1 m/s
     for units in ((1e4, 1.0), (1e-3, 1e5)):
         np.testing.assert_allclose(found(*units), expected, rtol=1e-6)
+
+
+def test_more_guesses_than_constraints_are_sought_once():
+    """A pendulum of unknown length in x and y, both guessed: its derivatives and its motions keep the x that is found first."""
+    N, a = kn.Frame("N"), kn.parameter("a", 1.0)
+    x, y = kn.coordinates("x y")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x + y * N.y)
+    rod = kn.configuration_constraint("rod", x**2 + y**2 - a**2)
+    loads, bodies = [kn.gravity(-9.81 * N.y)], [kn.Particle("p", P, 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, holonomic=[rod]))
+    given = {"q": {x: kn.guess(0.6), y: kn.guess(-0.6)}, "u": {eom.speeds[0]: 0.0}}
+    s = kn.fitting.sensitivities(eom, (0, 0.4), [a], samples=2, **given)
+    first = kn.assemble(eom, **given)
+    held = next(q for q in (x, y) if s[q][0, 0] == 0)
+    assert first.q[x] == pytest.approx(2**-0.5)
+    shot = kn.shoot(eom, (0, 0.4), [a], end={"y": s.motion["y"][-1] + 0.01}, **given)
+    assert shot.start.q[held] == pytest.approx(first.q[held], rel=1e-12)
+    change = shot.values[a] - 1.0
+    assert s[y][-1, 0] * change == pytest.approx(0.01, rel=abs(3 * change))
