@@ -241,6 +241,7 @@ def _independent(side: Side, free: Sequence[Symbol], told: Sequence[Symbol]) -> 
     flow = flow_of(side)
     basis, names = basis_of(flow), {s.name: s for s in side.now.eom.state}
     kept = [place[s] for s in free]
+    basis = basis * flow.scale  # metres beside radians at one energy
     _check_independent(basis, kept, free, flow.states)
     sizes = np.abs(basis).max(axis=1)
     for i in (place[s] for s in (*told, *(names[name] for name in flow.states if name in names))):
