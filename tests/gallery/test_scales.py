@@ -340,6 +340,17 @@ def test_derivatives_of_motions_are_the_same_in_any_units(name, in_units):
         )
 
 
+@pytest.mark.parametrize("scale", [(1, 1, 1), *SCALES])
+def test_which_coordinates_depend_on_others_is_the_same_in_any_units(scale, in_units):
+    """Gyroscopic terms alone keep the satellite from normal modes, not a mixture of its panels' deflections with its angles."""
+    system = in_units("flexible_satellite")
+    q, u = system.start()
+    at = {"q": system.scaled(q, scale), "u": system.scaled(u, scale), "parameters": system.parameters(scale)}
+    linear = kn.linearize(system.eom, **at, inputs=dict.fromkeys(system.eom.inputs, 0.0), steady=False)
+    with pytest.raises(kn.SimulationError, match="without damping and gyroscopic terms"):
+        kn.analysis.normal_modes(linear)
+
+
 LAST = {"thrown_disk": 3.0, "rocking_block": 3.0, "skidding_bicycle": 1.7}
 """Until when contacts change their modes."""
 
