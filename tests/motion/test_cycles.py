@@ -431,3 +431,18 @@ def test_multipliers_by_euler_parameters_are_those_by_angles():
         return np.sort_complex(cycle.multipliers)
 
     np.testing.assert_allclose(multipliers("euler parameters"), multipliers("angles"), rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1e-6, 1e6])
+def test_branches_of_cycles_are_the_same_in_other_units(size):
+    def followed(size):
+        eom, x = slide(size)
+        up = kn.Event("up", x, direction=1)
+        start = kn.cycles.poincare(eom, q=[0.3 * size, 0.02], u=[0.1 * size, 0], section=up, count=2).states[-1]
+        cycle = kn.cycles.limit_cycle(eom, q=start[:2], u=start[2:], section=up, atol=1e-13 * min(size, 1.0))
+        branch = cycle.follow("a", to=[2.5, 4.0])
+        (change,) = branch.changes
+        return [change.value, *(c.period for c in branch.cycles), *branch.multipliers[-1].real]
+
+    np.testing.assert_allclose(followed(size), followed(1.0), rtol=1e-6)

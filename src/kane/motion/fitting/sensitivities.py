@@ -41,7 +41,7 @@ def sensitivities(
         beginning and end (s)
     by : parameters, of the equations or of inputs that are expressions; and coordinates, speeds or states, which stand for their
         initial values. Under constraints, parameters vary with fixed independent initial values, which determine the dependent ones:
-        with specified values, and, of more guesses than the constraints determine, with some of those that are assembled here. A new
+        the first specified ones, in order, then some of the guesses and values left out, as they are assembled here. A new
         `kn.simulate` from the same guesses seeks all of them again
     state : a `kn.State` as initial state, instead of q, u, states, parameters and inputs
     samples : number of samples, or their times
