@@ -113,7 +113,7 @@ class Limits:
         return np.asarray(np.where(np.isfinite(ends), ends, 0.0).max(axis=0))
 
 
-class _Sizes(NamedTuple):
+class _MeritSizes(NamedTuple):
     """The sizes of states (n) and of final conditions (e)."""
 
     x: Array
@@ -134,17 +134,17 @@ class _Here:
         e = self.end[1:]
         return np.maximum(np.maximum(limits.least - e, e - limits.most), 0.0)
 
-    def off(self, limits: Limits, size: _Sizes) -> float:
+    def off(self, limits: Limits, size: _MeritSizes) -> float:
         """The sum of the defects and violations, relative to their sizes."""
         return float(np.abs(self.defects / size.x).sum() + (self.missed(limits) / size.end).sum())
 
-    def merit(self, limits: Limits, size: _Sizes, mu: float) -> float:
+    def merit(self, limits: Limits, size: _MeritSizes, mu: float) -> float:
         return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * self.off(limits, size)
 
-    def sizes(self, steps: Steps, x: Array, limits: Limits) -> _Sizes:
+    def sizes(self, steps: Steps, x: Array, limits: Limits) -> _MeritSizes:
         """Sizes along the motion: of states per unit, of conditions those of their terms and bounds."""
         own = sizes_of(steps.now.eom, np.abs(np.vstack([x, self.flow.x])).max(axis=0), _SMALL)
-        return _Sizes(own, np.maximum(np.abs(self.end_slopes[1:]) @ own, limits.wide) + _TINY)
+        return _MeritSizes(own, np.maximum(np.abs(self.end_slopes[1:]) @ own, limits.wide) + _TINY)
 
 
 def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> CostMinimum | None:
