@@ -256,6 +256,16 @@ def test_the_size_of_an_unknown_that_begins_at_zero():
         np.testing.assert_allclose(found(*units), expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize("metre", [1.0, 1e5, 1e-6])
+def test_a_cost_that_begins_at_zero(metre):
+    """(x − a)² − a² at the end is least at x = a, whatever the unit: a small one is not yet a minimum."""
+    eom = pushed()
+    (x,), (u,), a = eom.coordinates, eom.speeds, metre
+    given = {"q": [0], "u": [0], "inputs": {"F": 0.0}, "bounds": {u: (-2 * metre, 3 * metre)}}
+    shot = kn.shoot(eom, (0, 1), [u], cost=(x - a) ** 2 - a**2, atol=1e-9 * min(1.0, metre), **given)
+    assert shot.values[u] == pytest.approx(metre, rel=1e-6)
+
+
 def test_more_guesses_than_constraints_are_sought_once():
     """A pendulum of unknown length in x and y, both guessed: its derivatives and its motions keep the x that is found first."""
     N, a = kn.Frame("N"), kn.parameter("a", 1.0)

@@ -481,7 +481,8 @@ def _least(
         for kind, k, to, sign in kinds
         if len(k)
     ]
-    scale = abs(flight.slopes(z).cost) or 1.0
+    first = flight.slopes(z)
+    scale = max(abs(first.cost), float(np.abs(first.by_cost).max())) or 1.0
     call: Callable[..., Any] = minimize
     found = call(
         lambda at: flight.slopes(at).cost / scale, z, jac=lambda at: flight.slopes(at).by_cost / scale, constraints=conditions,
