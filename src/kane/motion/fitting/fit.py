@@ -24,7 +24,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.motion_derivatives import Sensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion
-from kane.motion.derivatives.tangent_space import flow_of
+from kane.motion.derivatives.tangent_space import flow_of, sizes_of
 from kane.motion.fitting.found import Fit, FittedRun
 from kane.motion.fitting.measured import Measurements, measured, starts_of
 from kane.motion.fitting.possible import Here, Possible, possible_bodies
@@ -405,8 +405,7 @@ class FitSearch:
     def _sizes(self, z: Array) -> Array:
         """The sizes of states, relative to which gaps are measured."""
         states = np.concatenate([s.motion.states for s, _ in self.problem._motions(z)])
-        size = np.abs(states).max(axis=0)
-        return np.asarray(np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0))
+        return sizes_of(self.problem.eom, np.abs(states).max(axis=0), 1e-3)
 
     def _solved(self, z: Array) -> Array:
         """The solution of the least-squares problem, starting at z."""
