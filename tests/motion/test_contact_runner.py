@@ -280,15 +280,15 @@ def test_inputs_that_are_expressions(decisions: list[str]) -> None:
     assert len(wanted.mode_history) > 30
 
 
-def pushed() -> kn.Equations:
-    """A block on a floor, which inputs F push along it and H lift."""
+def pushed(mu: Any = 0.5, brake: Any = 0.0) -> kn.Equations:
+    """A block on a floor, which inputs F push along it and H lift, against a force."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     x, y = kn.coordinates("x y", "m")
     g, F, H = kn.parameter("g", 9.81, "m/s^2"), kn.input("F", "N"), kn.input("H", "N")
     P = O.at("P", x * N.x + y * N.y)
-    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.5)
-    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x + H * N.y)]
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), mu)
+    loads = [kn.gravity(-g * N.y), kn.Force(P, (F - brake) * N.x + H * N.y)]
     bodies = [kn.Particle("block", P, kn.parameter("m", 2.0, "kg"))]
     return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
 
@@ -610,3 +610,28 @@ def test_batches_take_euler_parameters_and_loads_that_break(module: Any, separat
         many = kn.simulate_many(eom, (0, 0.5), q=start["q"], u={**start["u"], name: values}, threads=1, **options)
         np.testing.assert_allclose(many["end_state"], [sol.states[-1] for sol in each], rtol=0, atol=1e-12)
     assert separate == []
+
+
+@pytest.mark.parametrize("kind", ["input", "load", "friction"])
+def test_batches_take_breakpoints_that_differ(kind: str, separate: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What pushes or brakes the block changes at T and half a second later: one runner for each power of two of breakpoints in the span."""
+    T = kn.parameter("T", 0.3, "s")
+    change = kn.where(kn.less(kn.time, T), 1.0, kn.where(kn.less(kn.time, T + kn.parameter("D", 0.5, "s")), 0.1, 0.5))
+    eom = pushed(mu=0.4 * change if kind == "friction" else 0.4, brake=kn.parameter("B", 9.0, "N") * change if kind == "load" else 0.0)
+    options: dict[str, Any] = {"inputs": {"F": 15 * change if kind == "input" else 15.0, "H": 0.0}, "samples": 11}
+    start: dict[str, Any] = {"q": {"x": 0, "y": 0.01}, "u": {"u_x": 0.0, "u_y": 0.0}}
+    times = [0.3, 0.71, 1.2, 1.6, 2.3, 0.9]  # the last but one changes nothing before t = 2
+    each = [kn.simulate(kn.derive(eom.system), (0, 2), **start, parameters={T: t}, **options) for t in times]
+    assert len({round(float(sol.states[-1, 0]), 9) for sol in each}) == len(times)
+    made, own = list[Any](), ContactRunner.__init__
+    monkeypatch.setattr(ContactRunner, "__init__", lambda self, *args: (made.append(args[-1]), own(self, *args))[1])
+    run = kn.prepare(eom, (0, 2), **options)
+    for _ in range(2):
+        for t, other in zip(times, each, strict=True):
+            agree(run(**start, parameters={T: t}), other, 0.0)
+    assert len(made) == 3  # for none, one, and two or three
+    for _ in range(2):
+        separate.clear()
+        many = kn.simulate_many(eom, (0, 2), **start, parameters={T: np.array(times)}, threads=1, **options)
+        np.testing.assert_array_equal(many["end_state"], [sol.states[-1] for sol in each])
+    assert separate == [] and len(made) <= 6
