@@ -32,7 +32,7 @@ Which = Callable[[Term], Term]
 class After:
     """The writer of decisions after an event; its arguments are arrays with the data of contacts.
 
-    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound` as in `kane.motion.contact_motion`;
+    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound`, `slip_rate` as in `kane.motion.contact_motion`;
     `next_modes` and `next_ways` are the results, `sliding`, `friction`, `touching`, `hits` the input of a decision. `tolerances` are
     atol, rtol and the first step of the motion, 0 if the kernel chooses it.
     """
@@ -42,7 +42,8 @@ class After:
         self.impacts = ImpactKernel(self.of)
         self.s, self.y, self.calls, self.tolerances = self._arrays("s", "y", "calls", "tolerances")
         self.modes, self.directions, self.slip_count = self._arrays("modes", "directions", "slip_count")
-        self.slack, self.fastest, self.highest, self.rebound = self._arrays("slack", "fastest", "highest", "rebound")
+        self.kept_arrays = self._arrays("slack", "fastest", "highest", "rebound", "slip_rate")
+        self.slack, self.fastest, self.highest, self.rebound, self.slip_rate = self.kept_arrays
         self.next, self.next_ways, self.sliding, self.friction = self._arrays(
             "next_modes", "next_ways", "sliding", "friction"
         )
@@ -70,13 +71,17 @@ class After:
 
     def keep(self, back: bool) -> None:
         """Saves the data of contacts, or restores them (`back`) for Python to decide."""
-        for k, one in enumerate((self.slack, self.fastest, self.highest, self.rebound)):
+        for k, one in enumerate(self.kept_arrays):
             with self.w.few(self.of.k) as i:
                 at = self.of.k * k + i
                 if back:
                     one[i] = self.kept[at]
                 else:
                     self.kept[at] = one[i]
+
+    def kept_count(self) -> Term:
+        """The number of data of contacts that are saved."""
+        return self.of.k * len(self.kept_arrays)
 
     def is_(self, *kinds: int) -> Term:
         """Whether the event is one of these kinds."""
@@ -305,7 +310,9 @@ class After:
             with w.when((kind > STICK) & ~sticks):
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
-                slides = self.slip(i) > self.level(i, of.largest(self.slip_terms(i), self.gained(n)))
+                slides = self.slip(i) > self.level(
+                    i, of.largest(self.slip_terms(i), self.gained(n)), self.rate_of_slip(n)
+                )
                 of.doubt(
                     self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5)
                 )  # it may have turned before its end
@@ -331,10 +338,17 @@ class After:
 
     def gained(self, n: Term) -> Term:
         """The slip speed up to which the n-th chosen contact slips in a fixed direction after its slip begins: see `STARTS`."""
-        return self.of.length(self.of.a + n * self.of.d + 1) * self.s[int(Slot.SPAN)] * STARTS
+        return self.rate_of_slip(n) * self.s[int(Slot.SPAN)] * STARTS
 
-    def level(self, i: Term, fastest: Term) -> Term:
-        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`."""
+    def rate_of_slip(self, n: Term) -> Term:
+        """The magnitude of the slip acceleration of the n-th chosen contact."""
+        return self.of.length(self.of.a + n * self.of.d + 1)
+
+    def level(self, i: Term, fastest: Term, rate: Term) -> Term:
+        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`.
+
+        The `rate` of the slip times what rounding leaves of the time is slip, too.
+        """
         w, of = self.w, self.of
         sums = of.cell
         sums.put(0.0)
@@ -342,7 +356,7 @@ class After:
             row = of.J + (i * of.d + j) * of.width
             sums.put(of.largest(sums.get(), of.sum(of.nu, lambda l: of.absolute(of.room[row + l]))))
         left = self.tolerances[1] * fastest + self.tolerances[0] * sums.get()
-        return of.largest(fastest * ENDS, left)
+        return of.largest(fastest * ENDS, left, rate * of.absolute(self.t.get()) * ROUNDED_TERMS)
 
     def gap_acceleration(self, i: Term) -> Term:
         """The acceleration of a gap due to the present contact forces."""
