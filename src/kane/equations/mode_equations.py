@@ -25,9 +25,10 @@ from kane.dynamics.forcing import mass_rows
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations, derive, repartition
 from kane.errors import KaneWarning, ModelError, SimulationError
+from kane.expr.build import mul
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
-from kane.expr.regular import Sizes, size
+from kane.expr.node import ZERO, Expr, constant
+from kane.expr.regular import Sizes, largest, size, size_in_time
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
@@ -92,7 +93,7 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
     forcing = [*blocks.forcing, *blocks.forcing_a]
     groups = {
         "gaps": gaps,
-        "gap_terms": [size(x, memo) for x in gaps],
+        "gap_terms": [_gap_size(x, memo) for x in gaps],
         "mass": Matrix(mass_rows(d.bodies, d.all_speeds, ())),
         "forcing": forcing,
         "forcing_terms": [size(x, memo) for x in forcing],
@@ -104,6 +105,12 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
         "viscous": [eom.in_speeds(c.viscous) for c in contacts],
     }
     return Bundle("contacts", ports(eom.derived), ContactNumbers, groups)
+
+
+def _gap_size(gap: Expr, memo: Sizes) -> Expr:
+    """The size of a gap; what rounding of the time leaves of it counts once, not as that of its terms, which add up."""
+    own, late = size(gap, memo), size_in_time(gap)
+    return own if late is own else largest([own, mul(constant(ROUNDED_TERMS / ROUNDED), late)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ from functools import reduce
 from typing import TypeAlias
 
 from kane.expr.build import NODE_BUILDERS, div, mul
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import (
     ONE,
     ZERO,
@@ -28,7 +29,7 @@ from kane.expr.node import (
     weight,
 )
 from kane.expr.ops import ABS, ADD, CONST, COS, DIV, MAX, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import fold, imaged
 
 _MOST = 12
@@ -41,6 +42,17 @@ def size(e: Expr, memo: Sizes) -> Expr:
     """The size of `e`; a `memo` shared between calls keeps the sizes of common subexpressions."""
     terms = fold(e, memo, lambda node: _of_node(node, [memo[a] for a in node.args]))
     return largest(terms)
+
+
+def size_in_time(e: Expr) -> Expr:
+    """The size of `e` beside which rounding of the time counts: that of sin ω t is |ω t|, at least 1."""
+
+    def terms(node: Expr) -> tuple[Expr, ...]:
+        turns = node.op in (SIN, COS) and time in free_symbols(node)
+        return (ONE, *memo[node.args[0]]) if turns else _of_node(node, [memo[a] for a in node.args])
+
+    memo: Sizes = {}
+    return largest(fold(e, memo, terms))
 
 
 def largest(terms: Iterable[Expr]) -> Expr:
