@@ -29,8 +29,8 @@ from tests.examples import examples
 from tests.laws.test_contacts import started
 from tests.motion import test_contact_friction as friction
 from tests.motion.many.separate import simulated_separately
-from tests.oracles.planar_contacts import Plane, Plate, Touch
-from tests.systems.planar_contacts import planes, system
+from tests.oracles.planar_contacts import Plane, Plate, Support, Touch
+from tests.systems.planar_contacts import model, planes, system
 
 TIGHT = {"rtol": 1e-10, "atol": 1e-11}
 SPANS = {
@@ -201,6 +201,26 @@ def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law
         one, other = (run(eom, (0, 1.0), q=q, u=u, **TIGHT) for run in (kn.simulate, by_python))
     assert [m for _, m in one.mode_history] == [m for _, m in other.mode_history]
     np.testing.assert_allclose(one.states[-1], other.states[-1], rtol=0, atol=1e-6)
+
+
+def test_a_foot_slips_as_that_of_another_body_for_an_instant() -> None:
+    """Where the pin between them passes the floor, both feet have one row of W, and b tells that one slips on."""
+    first, second = {"kinetic": 0.53, "static": 0.71, "restitution": 0.33}, {"kinetic": 0.16, "static": 0.16}
+    touches = (
+        Touch(0, (0.16, -0.37), **first),
+        Touch(0, (-0.51, -0.52), **first),
+        Touch(1, (0.22, -0.27), **second, restitution=0.5),
+    )
+    plates = (Plate(2.26, 0.91), Plate(0.69, 0.37, ((0.47, 0.25), (0.04, 0.16))))
+    own = model(plane := Plane(-0.07, plates, touches, Support((0.15, 2.0), (0.08, 6.0), -0.23)), "moreau")
+    q, u = [-0.262, 0.671, 0.225, 0.059], [-0.905, -0.158, -0.861, -1.37]
+    given: dict[str, Any] = {"q": q, "u": u, "parameters": own.values(plane), **TIGHT}
+    sol = kn.simulate(own.eom, (0, 1.5), **given)
+    at = np.searchsorted(sol.t, [t for e, t in sol.events if e.name == "c2 sticks"][0])
+    assert (sol.modes["c0"][at], sol.modes["c2"][at + 3]) == ("stick", "slip")
+    for c in own.eom.system.contacts:
+        assert np.abs(sol[c.slips[0].expr][sol.modes[c.name] == "stick"]).max(initial=0) < 1e-12
+    agree(sol, by_python(own.eom, (0, 1.5), **given), 1e-7)
 
 
 def test_what_lands_lies_and_leaves_flat_is_decided_in_the_kernel(decisions: list[str]) -> None:
@@ -616,8 +636,12 @@ def test_batches_take_euler_parameters_and_loads_that_break(module: Any, separat
 def test_batches_take_breakpoints_that_differ(kind: str, separate: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """What pushes or brakes the block changes at T and half a second later: one runner for each power of two of breakpoints in the span."""
     T = kn.parameter("T", 0.3, "s")
-    change = kn.where(kn.less(kn.time, T), 1.0, kn.where(kn.less(kn.time, T + kn.parameter("D", 0.5, "s")), 0.1, 0.5))
-    eom = pushed(mu=0.4 * change if kind == "friction" else 0.4, brake=kn.parameter("B", 9.0, "N") * change if kind == "load" else 0.0)
+    D, B = kn.parameter("D", 0.5, "s"), kn.parameter("B", 9.0, "N")
+    change = kn.where(kn.less(kn.time, T), 1.0, kn.where(kn.less(kn.time, T + D), 0.1, 0.5))
+    eom = pushed(
+        mu=0.4 * change if kind == "friction" else 0.4,
+        brake=B * change if kind == "load" else 0.0,
+    )
     options: dict[str, Any] = {"inputs": {"F": 15 * change if kind == "input" else 15.0, "H": 0.0}, "samples": 11}
     start: dict[str, Any] = {"q": {"x": 0, "y": 0.01}, "u": {"u_x": 0.0, "u_y": 0.0}}
     times = [0.3, 0.71, 1.2, 1.6, 2.3, 0.9]  # the last but one changes nothing before t = 2

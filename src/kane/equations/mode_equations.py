@@ -368,7 +368,8 @@ def held_together(touch: ContactsAtState, modes: Sequence[ContactMode], directio
             found[i], ways[i] = ContactMode.ACROSS, following[0].along
             kept.append(own[int(np.argmax(np.abs(ways[i][::-1])))])  # the row across is −d₂ v₁ + d₁ v₂
         elif not found[i].carried:
-            if not _by_one_row(following, [d * leader + 1 + k for k in range(len(own))], d):
+            rubs = leader < 0 or touch.numbers.laws[i, 0] > 0
+            if rubs and not _by_one_row(following, [d * leader + 1 + k for k in range(len(own))]):
                 _check_stands(touch, i, following)
             found[i] = ContactMode.HELD
     return tuple(found), ways
@@ -399,13 +400,12 @@ def _followed(
     return result
 
 
-def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> bool:
-    """Whether slips are those of one preceding contact."""
-    for (_, shares), row in zip(following, first, strict=True):
-        slips = {place: share for place, share in shares.items() if place % d}
-        if set(slips) != {row} or abs(slips[row] - 1) > GIVEN:
-            return False
-    return True
+def _by_one_row(following: Sequence[_Follows], first: Sequence[int]) -> bool:
+    """Whether slips are those of one preceding contact, whatever gaps do: else normal forces depend on what friction each has."""
+    return all(
+        set(shares) == {row} and abs(shares[row] - 1) <= GIVEN
+        for (_, shares), row in zip(following, first, strict=True)
+    )
 
 
 def _check_stands(touch: ContactsAtState, i: int, following: Sequence[_Follows]) -> None:

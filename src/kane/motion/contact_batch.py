@@ -17,7 +17,16 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
-from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, room_for, runner, same_in_all, stops_of, timed_laws
+from kane.motion.contact_runner import (
+    ContactRunner,
+    ModeKernel,
+    ModeRows,
+    room_for,
+    runner,
+    same_in_all,
+    stops_of,
+    timed_laws,
+)
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Record
 from kane.motion.hybrid.contact_tables import numbers_of

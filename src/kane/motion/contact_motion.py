@@ -83,8 +83,11 @@ class Decided:
 
 
 class ContactMotion:
-    """The contacts of a motion; arrays (k) hold of each the `highest` rebound, the `fastest` slip, the magnitude of its
-    acceleration when last decided, `slip_rate`, the last `rebound` speed and the `slack`."""
+    """The contacts of a motion.
+
+    Arrays (k) hold of each the `highest` rebound, `fastest` slip, last `rebound` speed, `slack`, and, in `slip_rate`, the magnitude of
+    the slip acceleration when it was last decided.
+    """
 
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span

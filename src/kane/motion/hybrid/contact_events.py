@@ -32,7 +32,8 @@ Which = Callable[[Term], Term]
 class After:
     """The writer of decisions after an event; its arguments are arrays with the data of contacts.
 
-    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound`, `slip_rate` as in `kane.motion.contact_motion`;
+    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound`, `slip_rate` as in
+    `kane.motion.contact_motion`;
     `next_modes` and `next_ways` are the results, `sliding`, `friction`, `touching`, `hits` the input of a decision. `tolerances` are
     atol, rtol and the first step of the motion, 0 if the kernel chooses it.
     """
