@@ -216,7 +216,7 @@ def test_a_foot_slips_as_that_of_another_body_for_an_instant() -> None:
     q, u = [-0.262, 0.671, 0.225, 0.059], [-0.905, -0.158, -0.861, -1.37]
     given: dict[str, Any] = {"q": q, "u": u, "parameters": own.values(plane), **TIGHT}
     sol = kn.simulate(own.eom, (0, 1.5), **given)
-    at = np.searchsorted(sol.t, [t for e, t in sol.events if e.name == "c2 sticks"][0])
+    at = np.searchsorted(sol.t, next(t for e, t in sol.events if e.name == "c2 sticks"))
     assert (sol.modes["c0"][at], sol.modes["c2"][at + 3]) == ("stick", "slip")
     for c in own.eom.system.contacts:
         assert np.abs(sol[c.slips[0].expr][sol.modes[c.name] == "stick"]).max(initial=0) < 1e-12
@@ -634,7 +634,7 @@ def test_batches_take_euler_parameters_and_loads_that_break(module: Any, separat
 
 @pytest.mark.parametrize("kind", ["input", "load", "friction"])
 def test_batches_take_breakpoints_that_differ(kind: str, separate: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """What pushes or brakes the block changes at T and half a second later: one runner for each power of two of breakpoints in the span."""
+    """What pushes or brakes the block changes at T and half a second later: one runner for each power of two of breakpoints."""
     T = kn.parameter("T", 0.3, "s")
     D, B = kn.parameter("D", 0.5, "s"), kn.parameter("B", 9.0, "N")
     change = kn.where(kn.less(kn.time, T), 1.0, kn.where(kn.less(kn.time, T + D), 0.1, 0.5))
@@ -658,4 +658,5 @@ def test_batches_take_breakpoints_that_differ(kind: str, separate: list[Any], mo
         separate.clear()
         many = kn.simulate_many(eom, (0, 2), **start, parameters={T: np.array(times)}, threads=1, **options)
         np.testing.assert_array_equal(many["end_state"], [sol.states[-1] for sol in each])
-    assert separate == [] and len(made) <= 6
+    assert separate == []
+    assert len(made) <= 6
