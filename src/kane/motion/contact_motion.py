@@ -217,10 +217,17 @@ class ContactMotion:
             open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
-            if height <= max(FLAT * open_, LOW * self.highest[i], ROUNDED * touch.numbers.gap_terms[i]):
+            left = max(ROUNDED * touch.numbers.gap_terms[i], self._shifted(touch, order, i))
+            if height <= max(FLAT * open_, LOW * self.highest[i], left):
                 flat.append(i)
                 over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
         return flat, over
+
+    def _shifted(self, touch: ContactsAtState, closed: Sequence[int], i: int) -> float:
+        """How far at most a gap is shifted when the gaps of `closed` contacts, zero up to the resolution of times, are made zero."""
+        d, w = self.layout.d, touch.mobility
+        gaps = [n for n in closed if self.contacts[n].gap is not None]
+        return float(2 * sum(abs(touch.numbers.gaps[n] * w[d * i, d * n] / w[d * n, d * n]) for n in gaps))
 
     # From mode to mode -------------------------------------------------------------------------------------------------------
 

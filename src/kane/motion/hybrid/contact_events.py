@@ -504,8 +504,8 @@ class After:
             open_ = self.tolerances[0] + self.tolerances[1] * of.numbers[of.gap_terms + i]
             with w.when(falls):
                 self.highest[i] = of.largest(self.highest[i], height)
-            rounded = of.numbers[of.gap_terms + i] * ROUNDED
-            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW, rounded)):
+            left = of.largest(of.numbers[of.gap_terms + i] * ROUNDED, self.shifted(i))
+            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW, left)):
                 rests.put(1)
                 self.hits[i] = 2.0
                 after = self.t.get() - v * 2.0 / (a * (1.0 - e))
@@ -513,6 +513,16 @@ class After:
         with w.when((rests.get() > 0) & (of.unsure.get() < 1)):
             self.hold()
             self.next_task.put(_REST)  # beside these others fall faster
+
+    def shifted(self, i: Term) -> Term:
+        """How far at most gap i is shifted when the gaps of closed contacts, zero up to the resolution of times, are made zero."""
+        w, of, d, kd = self.w, self.of, self.of.d, self.of.k * self.of.d
+        shift = of.cell
+        shift.put(0.0)
+        with w.few(of.k) as n, w.when((self.touching[n] > 0.0) & (of.places[n * d] > -0.5)):
+            own, mine = (of.room[of.mobility + m * d * kd + n * d] for m in (n, i))
+            shift.put(shift.get() + of.absolute(of.numbers[of.gaps + n] * mine / own))
+        return shift.get() * 2.0
 
     def hold(self) -> None:
         """Makes the least change of speeds after which rates of closed gaps are zero, and slips of contacts that do not slip."""
