@@ -660,3 +660,47 @@ def test_batches_take_breakpoints_that_differ(kind: str, separate: list[Any], mo
         np.testing.assert_array_equal(many["end_state"], [sol.states[-1] for sol in each])
     assert separate == []
     assert len(made) <= 6
+
+
+@pytest.mark.parametrize("simulate", [kn.simulate, by_python])
+def test_a_corner_rests_that_rebounds_less_than_others_are_moved(simulate: Any) -> None:
+    """What closes with a gap of the resolution of times is moved to zero, and the corner beside it below zero."""
+    laid = [
+        Touch(0, (0.34, -0.38), restitution=0.5),
+        Touch(0, (-0.41, -0.36), restitution=0.5),
+        Touch(1, (0.52, -0.38)),
+    ]
+    plates = (Plate(1.31, 0.37), Plate(1.04, 0.66, ((0.04, 0.38), (0.16, 0.47))))
+    own = model(plane := Plane(0.46, plates, tuple(laid), Support((0.09, 9.0), (0.07, 4.0), 0.01)), "moreau")
+    N, F = own.eom.system.inertial, kn.input("F")
+    push = [kn.gravity(-9.81 * N.y), kn.Force(own.eom.system.bodies[0].mass_center, F * N.x)]
+    sol = simulate(
+        kn.derive(own.eom.system.replace(loads=push)),
+        (0, 0.16),
+        q=[0.548663210417, 0.370801516224, 0.0266603483746, 0.191880317836],
+        u=[0.82, 0.28, 0, 0],
+        parameters=own.values(plane),
+        inputs={F: 10.95 * kn.sin(9.98 * kn.time) - 2.1},
+        **TIGHT,
+    )
+    assert sol.status == "finished", sol.message
+
+
+@pytest.mark.slow
+def test_rebounds_that_python_leads_are_seen_in_the_first_step() -> None:
+    """A corner rebounds for 2 µs, in a step that could be a thousand times as long."""
+    first, second = {"kinetic": 0.58, "static": 0.58, "restitution": 0.72}, {"kinetic": 0.25, "static": 0.34}
+    touches = (
+        *(Touch(0, place, **first) for place in ((0.33, -0.29), (-0.37, -0.15))),
+        *(Touch(1, place, **second, restitution=0.5) for place in ((0.45, -0.49), (-0.55, -0.25))),
+        Touch(0, (0.72, 0.0), stops="x", restitution=0.5),
+    )
+    own = model(
+        plane := Plane(-0.23, (Plate(1.57, 0.58), Plate(2.13, 0.61)), touches, Support((0.12, 3.0), (0.08, 5.0), 0.08))
+    )
+    q = [0.72, 0.219650071355, 0.19739555985, 0.203099628251, 0.371451949357, 0.235544980721]
+    u = [0.200972972973, 0.395922779923, 0.173248539458, 0.44, 0.4, 0]
+    given: dict[str, Any] = {"q": q, "u": u, "parameters": own.values(plane), **TIGHT}
+    ends = [simulate(own.eom, (0, 0.15), **given) for simulate in (kn.simulate, by_python)]
+    assert {sol.status for sol in ends} == {"finished"}, ends[1].message
+    np.testing.assert_allclose(ends[1].states[-1], ends[0].states[-1], rtol=0, atol=1e-7)

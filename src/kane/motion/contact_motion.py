@@ -314,12 +314,23 @@ class ContactMotion:
         """Contact forces (kd) that satisfy the equations of a mode, with the directions of slip `ways`; not unique for stands."""
         modes = now.modes
         order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
-        sliding = np.where([[m.slips] for m in modes], ways, 0.0)
-        problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
-        solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
         forces = np.zeros(len(touch.mobility))
-        forces[touch.places(order)] = solution.forces
+        if order:
+            sliding = np.where([[m.slips] for m in modes], ways, 0.0)
+            problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
+            solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
+            forces[touch.places(order)] = solution.forces
         return forces
+
+    def flight(self, now: Decided, t: float, x: Array, leaves: Mapping[str, float]) -> float | None:
+        """Four times the least time until a gap that leaves its threshold is back, so that a first step shows its rise; else None."""
+        off = [i for i, c in enumerate(self.contacts) if f"{c.name} closes" in leaves]
+        if not off:
+            return None
+        touch = self.touch(t, x)
+        forces = self._forces(touch, now, now.directions)
+        a, v = touch.accelerations(range(len(self.contacts)), forces)[0][:: self.layout.d], touch.gap_rates
+        return min((float(-8 * v[i] / a[i]) for i in off if a[i] < 0 < v[i]), default=None)
 
     def balanced(self, now: Decided, numbers: Mapping[Expr, float], t: float, x: Array) -> None:
         """SimulationError if contacts of a stand have moved relative to each other: shares are valid for one configuration."""
@@ -821,7 +832,9 @@ class _ContactCourse:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        bounds = {**self.bounds, "begun": self.pace.begun} | ({"first_step": None} if self.pieces else {})
+        bounds = {**self.bounds, "begun": self.pace.begun}
+        if self.pieces:
+            bounds["first_step"] = at.flight(self.now, self.t, self.x, leaves)
         start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
         with warnings.catch_warnings():  # due to forces that are zero throughout, which are treated here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
