@@ -28,7 +28,7 @@ from kane.errors import KaneWarning, ModelError, SimulationError
 from kane.expr.build import mul
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
-from kane.expr.regular import Sizes, largest, size, size_in_time
+from kane.expr.regular import Sizes, largest, size
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
@@ -109,7 +109,7 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
 
 def _gap_size(gap: Expr, memo: Sizes) -> Expr:
     """The size of a gap; what rounding of the time leaves of it counts once, not as that of its terms, which add up."""
-    own, late = size(gap, memo), size_in_time(gap)
+    own, late = size(gap, memo), size(gap, {}, late=True)
     return own if late is own else largest([own, mul(constant(ROUNDED_TERMS / ROUNDED), late)])
 
 

@@ -83,11 +83,7 @@ class Decided:
 
 
 class ContactMotion:
-    """The contacts of a motion.
-
-    Arrays (k) hold of each the `highest` rebound, `fastest` slip, last `rebound` speed, `slack`, and, in `slip_rate`, the magnitude of
-    the slip acceleration when it was last decided.
-    """
+    """The contacts of a motion; arrays (k): `highest` rebound, `fastest` slip, its last `slip_rate`, last `rebound` speed, `slack`."""
 
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
@@ -365,10 +361,7 @@ class ContactMotion:
         return bool(np.linalg.norm(touch.slips[i]) <= self._slowest(t, touch, i, fastest, rate))
 
     def _slowest(self, t: float, touch: ContactsAtState, i: int, fastest: float, rate: float) -> float:
-        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`.
-
-        The `rate` of the slip times what rounding leaves of the time is slip, too.
-        """
+        """The slip speed below which contact i, by its `fastest` one and its `rate`, slips in a fixed direction: see `ENDS`."""
         left = self.rtol * fastest + self.atol * touch.slip_sums[i].max()
         return float(max(ENDS * fastest, left, ROUNDED_TERMS * abs(t) * rate))
 

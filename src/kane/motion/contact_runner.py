@@ -133,7 +133,7 @@ class ContactRunner:
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.controllers = controllers(tuple(self.inputs.values()))
-        self.breakpoints, most = (), room_for(breakpoints)
+        most = room_for(breakpoints)
         self.stops: Given = {"breakpoints": most, "pauses": np.append(np.full(3 * most, -np.inf), 0.0)}
         self.stop_at(breakpoints)
         self.hooks = Hooks(self.s, self.y)
@@ -171,8 +171,6 @@ class ContactRunner:
 
     def stop_at(self, breakpoints: tuple[float, ...]) -> None:
         """Sets the breakpoints of the next motions, with the same `room_for` them; the table of pauses ends with theirs."""
-        if breakpoints == self.breakpoints:
-            return
         self.breakpoints = breakpoints
         own, table = self.stops["pauses"][:-1], pauses(breakpoints, self.span, self.controllers)
         own[:] = -np.inf

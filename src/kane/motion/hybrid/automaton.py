@@ -26,7 +26,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, postorder
 from kane.expr.ops import DIV, POW
 from kane.expr.piecewise import on_sides, side_symbols
-from kane.expr.regular import Sizes, size, size_in_time
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
 from kane.model.beams.beam import Beam
@@ -90,7 +90,7 @@ def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
 def _size(event: Event) -> Expr:
     if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
         return ZERO
-    return add(size_in_time(event.quantity), as_expr(abs(event.threshold)))
+    return add(size(event.quantity, {}, late=True), as_expr(abs(event.threshold)))
 
 
 def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:

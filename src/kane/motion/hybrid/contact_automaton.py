@@ -114,7 +114,7 @@ class _Automaton(After):
         self.t.put(self.s[int(Slot.TIME)])
         self.begins.put(self.enter)
         self.decides.put(0)
-        self.still.put(w.compute("int", self.kept[self.kept_count()]))
+        self.still.put(w.compute("int", self.kept[self.of.k * len(self.kept_arrays)]))
         with w.when(self.enter >= AGAIN):
             self.begins.put(0)
             at = (self.mode.get() * self.e + self.enter - AGAIN) * 2
@@ -131,7 +131,7 @@ class _Automaton(After):
                 self.follow()
         self.records[0] = w.compute("float", self.rows.get())
         self.records[1] = w.compute("float", self.noted_count.get())
-        self.kept[self.kept_count()] = w.compute("float", self.still.get())
+        self.kept[self.of.k * len(self.kept_arrays)] = w.compute("float", self.still.get())
         return w.finished(self.back)
 
     def meets(self, kind: Term, contact: Term) -> None:

@@ -14,7 +14,7 @@ NOTHING = 1e-10
 """Fraction of its terms up to which a velocity counts as zero, as where a slip or an approach ends."""
 STARTS, ENDS = 1e-8, 1e-10
 """Slip has a fixed direction up to the speed gained in this fraction of the span after its beginning; and before its end, below this
-fraction of its terms, or below the error that tolerances allow, as it would oscillate about its end."""
+fraction of its terms, or below the error that tolerances or rounding of the time leave, as it would oscillate about its end."""
 FLAT, LOW = 1e-3, 1e-10
 """Fractions of the tolerance of a gap, and of the highest rebound, below which rebounds are omitted."""
 KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
@@ -79,10 +79,6 @@ class After:
                     one[i] = self.kept[at]
                 else:
                     self.kept[at] = one[i]
-
-    def kept_count(self) -> Term:
-        """The number of data of contacts that are saved."""
-        return self.of.k * len(self.kept_arrays)
 
     def is_(self, *kinds: int) -> Term:
         """Whether the event is one of these kinds."""
@@ -346,10 +342,7 @@ class After:
         return self.of.length(self.of.a + n * self.of.d + 1)
 
     def level(self, i: Term, fastest: Term, rate: Term) -> Term:
-        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`.
-
-        The `rate` of the slip times what rounding leaves of the time is slip, too.
-        """
+        """The slip speed below which contact i, by its `fastest` one and its `rate`, slips in a fixed direction: see `ENDS`."""
         w, of = self.w, self.of
         sums = of.cell
         sums.put(0.0)
