@@ -17,7 +17,16 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
-from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all, stops_of
+from kane.motion.contact_runner import (
+    ContactRunner,
+    ModeKernel,
+    ModeRows,
+    room_for,
+    runner,
+    same_in_all,
+    stops_of,
+    timed_laws,
+)
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Record
 from kane.motion.hybrid.contact_tables import numbers_of
@@ -97,7 +106,7 @@ class ContactBatch:
         self.judge = Judge(eom, self.settings, [drives[s] for s in eom.inputs])
         self.parameters = self.judge.parameters
         varied = [f.expr for f in self.judge.drives if isinstance(f, Formula) and f.values]
-        self.timed = time in free_symbols(varied) or any(eom.numeric().value(timed))
+        self.timed = time in free_symbols(varied) or any(any(eom.numeric().value(f)) for f in (timed, timed_laws))
         self.held = is_constrained(eom)
 
     def single(self) -> "ContactCalls":
@@ -115,8 +124,13 @@ class ContactBatch:
         return {**phase.parameters}, {**phase.inputs}
 
     def _goes_on(self, own: ContactRunner, p: Array) -> bool:
-        """Whether a runner can run a motion with other parameters: the same breakpoints."""
-        return not self.timed or stops_of(self.eom, self.method, self.span, self.given(p)) == own.breakpoints
+        """Sets a runner's breakpoints for a motion with other parameters; False if it has no room for them."""
+        if self.timed:
+            breakpoints = stops_of(self.eom, self.method, self.span, self.given(p))
+            if room_for(breakpoints) != own.stops["breakpoints"]:
+                return False
+            own.stop_at(breakpoints)
+        return True
 
     def run(
         self,

@@ -90,7 +90,7 @@ def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
 def _size(event: Event) -> Expr:
     if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
         return ZERO
-    return add(size(event.quantity, {}), as_expr(abs(event.threshold)))
+    return add(size(event.quantity, {}, late=True), as_expr(abs(event.threshold)))
 
 
 def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
@@ -414,10 +414,7 @@ def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, 
 
 def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:
     """The fraction `share` of the terms of a quantity; 0 if it contains reactions or accelerations, whose terms are unknown."""
-    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
-        return 0.0
-    terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
-    return share * (terms + abs(event.threshold))
+    return share * float(evaluate(_size(event), now.values(t, state)))
 
 
 def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
