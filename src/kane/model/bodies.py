@@ -122,7 +122,7 @@ class Particle(Immutable):
 
     def __init__(self, name: str, point: Point, mass: Any) -> None:
         m = as_expr(mass)
-        check_mass(name, m)
+        check_mass(expect.name(name, "a text as the name of a particle"), m)
         _check_center(name, point)
         for slot, value in (("name", name), ("point", point), ("mass", m)):
             object.__setattr__(self, slot, value)
@@ -162,7 +162,7 @@ class RigidBody(Immutable):
         self, name: str, *, frame: Frame, mass_center: Point, mass: Any, inertia: Dyadic | tuple[Dyadic, Point]
     ) -> None:
         m = as_expr(mass)
-        check_mass(name, m)
+        check_mass(expect.name(name, "a text as the name of a rigid body"), m)
         _check_center(name, mass_center)
         expect.instance(frame, Frame, f"a Frame for the body {name}")
         if isinstance(inertia, tuple):

@@ -193,8 +193,8 @@ def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:
 def check_span(span: Any) -> tuple[float, float]:
     """(t0, t1), or a SimulationError unless t1 > t0, both finite, with enough floating-point numbers between them."""
     try:
-        t0, t1 = (float(x) for x in span)
-    except (TypeError, ValueError) as error:
+        t0, t1 = map(float, expect.reals(span))
+    except (TypeError, ValueError, OverflowError) as error:
         raise SimulationError(f"Expected a time span (t0, t1), got {cut(repr(span))}. Give two times in s.") from error
     if not (np.isfinite(t0) and np.isfinite(t1) and t1 > t0):
         raise SimulationError(
@@ -229,6 +229,7 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
     if isinstance(samples, int | np.integer):
         if samples < 2:
             raise SimulationError(f"Expected at least 2 samples, got {samples}. Give more, or the times: samples=[…].")
+        expect.that(samples < 10**9, "fewer than 1e9 samples", samples, error=SimulationError)
         return np.linspace(t0, t1, int(samples))
     cure = "Give a whole number, or times in s."
     times = expect.floats(samples, "a number of samples or their times", cure, error=SimulationError)

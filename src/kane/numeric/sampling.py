@@ -211,8 +211,7 @@ def _symbol_of(by_name: Mapping[str, Symbol], key: Any) -> Symbol | None:
 
 def _listed(what: str, symbols: Sequence[Symbol], given: Any) -> Iterable[Any]:
     """The entries of a list, a tuple or an array."""
-    flat = isinstance(given, np.ndarray) and given.ndim == 0
-    if flat or isinstance(given, str | Expr) or not isinstance(given, Iterable):
+    if isinstance(given, Expr) or not expect.is_list(given):
         cure = f" Write [{given}]." if len(symbols) == 1 and isinstance(given, int | float) else ""
         raise ValueMissingError(
             f"Expected a list of {what} or a dict {{name: value}} for {', '.join(s.name for s in symbols) or 'none'}, got "
