@@ -53,7 +53,7 @@ class Animation:
     def model(self) -> DrawnModel:
         """The parts to draw."""
         poses = self.courses[0].poses
-        # without gravity up is the third inertial axis, or the second if all points are in the plane of the first two and no wheels roll there
+        # without gravity up is the third inertial axis, or the second if all points are in the plane of the first two without wheels
         upright = all(p[2] is ZERO for p in self.scene.positions) and not any(
             x.kind == "wheel" for x in self.scene.items
         )
