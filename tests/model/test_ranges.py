@@ -182,3 +182,21 @@ def test_what_is_no_list(what: str, wrong: Any) -> None:
 def test_a_constraint_has_a_direction(empty: Any) -> None:
     with pytest.raises(kn.ModelError, match="unit vector"):
         kn.coincident(O, P, empty)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "message"),
+    [
+        ("solid_cone", "height", -0.1, "the height of the solid cone 'body' at or above zero, got size = -0.1"),
+        ("torus", "tube", 0.4, "the radius of the torus less that of its tube 'body' .*got 0.3 - size = -0.1"),
+        ("circular_arc", "half_angle", 4.0, r"π less the half angle of the circular arc 'body' .*got .* = -0.858"),
+        ("rod", "length", 0.0, "the size of the rod 'body' above zero, got size = 0"),
+    ],
+)  # fmt: skip
+def test_sizes_at_values_of_parameters(kind: str, name: str, value: float, message: str) -> None:
+    inertia = solid(kind, **{name: kn.parameter("size", 0.1)})
+    body = kn.RigidBody("body", frame=A, mass_center=P, mass=1, inertia=inertia)
+    eom = kn.derive(kn.System(N, bodies=[body], joints=[HINGE]))
+    kn.simulate(eom, (0, 0.1), q=0, u=0, parameters={"size": 0.15})
+    with pytest.raises(kn.SimulationError, match=f"Expected {message}.* at the values of the parameters"):
+        kn.simulate(eom, (0, 0.1), q=0, u=0, parameters={"size": value})

@@ -4,7 +4,7 @@
 The moments of each solid are a row of a table. For solids without an obvious mass centre, `inertia.shape.centroid` is its position.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from kane import expect
@@ -12,7 +12,7 @@ from kane.errors import ModelError
 from kane.expr.build import add, cos, div, mul, sin, sub, sum_of
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, pi
 from kane.model.constraints import check_unit, is_unit, length
-from kane.model.ranges import not_negative, positive
+from kane.model.ranges import SIGN, not_negative, positive
 from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
@@ -99,27 +99,40 @@ def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
     return central + unit_dyadic(frames[0]) * (m * offset.dot(offset)) - offset.outer(offset) * m
 
 
-def _sizes(kind: str, mass: Any, **sizes: Any) -> tuple[Expr, dict[str, Expr]]:
-    """The mass of a solid and its dimensions; raises ModelError for those that no solid has, at default parameters.
+class Limit(NamedTuple):
+    """A quantity of a solid, named `what`, that is not negative, or above zero."""
 
-    A dimension of zero makes the flat or thin limit of the solid; not all may be zero.
-    """
-    m = not_negative(mass, f"a mass of the {kind}", "For a hole, use kn.solids.composite(…, without=[…]).")
-    lengths = {name: not_negative(x, f"the {name.replace('_', ' ')} of the {kind}") for name, x in sizes.items()}
-    if lengths:
-        wide = [x for name, x in lengths.items() if name != _NO_EXTENT.get(kind)]
-        positive(sum_of(wide), f"the size of the {kind}", "Give it an extent.")
+    value: Expr
+    above: bool
+    what: str
+    cure: str = SIGN
+
+
+def limits(kind: str, sizes: Mapping[str, Expr]) -> Iterator[Limit]:
+    """What the dimensions of a solid must satisfy; one of zero makes its flat or thin limit, but not all may be zero."""
+    for name, x in sizes.items():
+        yield Limit(x, name == "half_angle", f"the {name.replace('_', ' ')} of the {kind}")
+    wide = [x for name, x in sizes.items() if name != _NO_EXTENT.get(kind)]
+    if wide:
+        yield Limit(sum_of(wide), True, f"the size of the {kind}", "Give it an extent.")
     if kind == "torus":
-        rest = sub(lengths["radius"], lengths["tube"])
-        not_negative(rest, "the radius of the torus less that of its tube", "Its tube would overlap itself.")
-    if "half_angle" in lengths:
-        half = positive(lengths["half_angle"], f"the half angle of the {kind}")
-        not_negative(sub(pi, half), f"π less the half angle of the {kind}", "Give it in rad.")
-    return m, lengths
+        rest = sub(sizes["radius"], sizes["tube"])
+        yield Limit(rest, False, "the radius of the torus less that of its tube", "Its tube would overlap itself.")
+    if "half_angle" in sizes:
+        yield Limit(sub(pi, sizes["half_angle"]), False, f"π less the half angle of the {kind}", "Give it in rad.")
 
 
 _NO_EXTENT = {"frustum": "height", "circular sector": "half_angle", "circular arc": "half_angle"}
 """Dimensions that alone do not make the moments defined, by kinds of solids."""
+
+
+def _sizes(kind: str, mass: Any, **sizes: Any) -> tuple[Expr, dict[str, Expr]]:
+    """The mass of a solid and its dimensions; raises ModelError for those that no solid has, at default parameters."""
+    m = not_negative(mass, f"a mass of the {kind}", "For a hole, use kn.solids.composite(…, without=[…]).")
+    lengths = {name: as_expr(x) for name, x in sizes.items()}
+    for value, above, what, cure in limits(kind, lengths):
+        (positive if above else not_negative)(value, what, cure)
+    return m, lengths
 
 
 # Bodies of revolution -----------------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ from kane.expr.regular import size
 from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
+from kane.model.solids import Inertia, Shape, limits
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array, Mask, distinct
 from kane.numeric.rank import balance, singular
@@ -157,9 +158,22 @@ def _bounded(eom: Equations, constants: Mapping[Expr, Any]) -> Iterator[_Bounded
     for part in parts_of(eom.system.bodies):
         if not part.momenta and all(s in constants for s in free_symbols([part.mass])):
             yield _Bounded(evaluate(part.mass, constants), False, f"a mass ≥ 0 for {part.name}", part.mass)
+        if isinstance(part.inertia, Inertia):
+            yield from _sizes(part.name, part.inertia.shape, constants)
         least = least_moment(part, constants)
         if least is not None:
             yield _Bounded(least, False, f"central principal moments of inertia ≥ 0 for {part.name}")
+
+
+def _sizes(name: str, shape: Shape, constants: Mapping[Expr, Any]) -> Iterator[_Bounded]:
+    """The dimensions of a solid, where they contain parameters that differ from their defaults, which its declaration has judged."""
+    own = [(s, constants.get(s)) for s in free_symbols(shape.sizes.values())]
+    if any(x is None for _, x in own) or all(isinstance(x, float) and x == s.default for s, x in own):
+        return
+    found = tuple(limits(shape.kind, shape.sizes))
+    for x, value in zip(found, evaluate([x.value for x in found], constants), strict=True):
+        expected = f"{x.what} {name!r} {'above' if x.above else 'at or above'} zero"
+        yield _Bounded(value, x.above, expected, x.value)
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
