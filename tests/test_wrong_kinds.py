@@ -237,7 +237,7 @@ ANALYSES: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
 ]
 """What may end in an error of the library as it stands."""
 WRONG = (A, P, M, Q2, 1, None, "x", BODY, A.x, [1, 2], PIN, LOAD, HELD, I)
-ODD = (
+ODD: tuple[Any, ...] = (
     -1.0, 0, math.nan, math.inf, 1 + 2j, True, np.float16(0.5), np.int8(1), np.array(1.0), np.array([1.0, 2.0]), np.array(Q1), 10**400,
     "", b"x", [], {}, {1}, [[]], Decimal("0.1"), Fraction(1, 3), 0 * N.x, 2 * N.x,
 )  # fmt: skip

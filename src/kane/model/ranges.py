@@ -16,22 +16,19 @@ SIGN = "Check its sign, or the default."
 
 def positive(given: Any, expected: str, cure: str = SIGN) -> Expr:
     """An expression; raises ModelError if it is not above zero at default parameters."""
-    return _in_range(given, f"{expected} above zero", cure, above=True)
+    return in_range(given, f"{expected} above zero", cure, above=True)
 
 
 def not_negative(given: Any, expected: str, cure: str = SIGN) -> Expr:
     """An expression; raises ModelError if it is negative at default parameters."""
-    return _in_range(given, f"{expected} at or above zero", cure, above=False)
+    return in_range(given, f"{expected} at or above zero", cure, above=False)
 
 
-def _in_range(given: Any, expected: str, cure: str, *, above: bool) -> Expr:
+def in_range(given: Any, expected: str, cure: str = SIGN, *, above: bool) -> Expr:
+    """An expression that is positive, if `above`, or not negative, with all that is `expected` in words."""
     e = as_expr(given)
     value = default_of(e)
     if value is not None and not (value > 0 or (value == 0 and not above)):
-        raise expect.refusal(ModelError, expected, shown(e, value), cure)
+        came = f"{value:g}" if constant_value(e) is not None else f"{cut(e)} = {value:g}"
+        raise expect.refusal(ModelError, expected, came, cure)
     return e
-
-
-def shown(e: Expr, value: float) -> str:
-    """A value, and the expression whose it is."""
-    return f"{value:g}" if constant_value(e) is not None else f"{cut(e)} = {value:g}"

@@ -35,10 +35,10 @@ def unit_dyadic(frame: Basis) -> Dyadic:
     return Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
 
 
-def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
+def axial(frame: Frame, about: Any, across: Any, axis: Vector | None) -> Dyadic:
     """Inertia of a body of revolution, with moments `about` and `across` its axis, which must be an axis of the frame."""
     check_frame(frame)
-    expect.instance(axis, Vector, "an axis of the body as a unit vector, such as B.x")
+    axis = expect.instance(axis, Vector, "an axis of the body as a unit vector, such as B.x")
     direction = axis.components(frame)
     for i in range(3):
         if all(x is (ONE if k == i else ZERO) for k, x in enumerate(direction)):
