@@ -23,10 +23,9 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.expr.visit import remembered
-from kane.model.ranges import in_range
 from kane.model.solids import central_inertia
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import SEED, SEEDS, draw, sample
+from kane.numeric.sampling import SEED, SEEDS, draw, in_range, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis

@@ -29,8 +29,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Rate, Reaction, Speed, Time, input_of
-from kane.model.ranges import positive
-from kane.numeric.sampling import SEED, sample
+from kane.numeric.sampling import SEED, positive, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Parts, Vector
@@ -209,7 +208,7 @@ def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Cons
     body that carries the plane. The multiplier is the contact force on `p` along n.
     """
     _points("touch", p, ground)
-    (height,) = coincident(p, ground, normal, name=expect.label(name) or f"{p.name} on the plane")
+    (height,) = coincident(p, ground, normal, name=name or f"{p.name} on the plane")
     return height
 
 
@@ -235,9 +234,8 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
         )
     pull, f = r / size, (r.dot(r) / size - size) / 2
     own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (f / size + 1))
-    return Constraint(
-        expect.label(name) or f"|{p.name} {q.name}|", "configuration", f, ((p, pull), (q, -pull)), (), "N", own
-    )
+    label = expect.label(name) or f"|{p.name} {q.name}|"
+    return Constraint(label, "configuration", f, ((p, pull), (q, -pull)), (), "N", own)
 
 
 def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:

@@ -40,8 +40,7 @@ from kane.expr.visit import substituted
 from kane.model.constraints import Constraint, check_unit, configuration_constraint, motion_constraint, reaction
 from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
-from kane.model.ranges import not_negative, positive
-from kane.numeric.sampling import default_of
+from kane.numeric.sampling import default_of, not_negative, positive
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
@@ -411,7 +410,7 @@ def rolling_resistance(by: ContactLaw, arm: Any, *, static: Any = None, viscous:
     """
     place = _pressing(by)
     axes = [row.forces[0][1] for row in place.rolling]
-    return _resistance(expect.label(name) or f"rolling of {by.name}", by, place, axes, Friction(arm, static, viscous))
+    return _resistance(name or f"rolling of {by.name}", by, place, axes, Friction(arm, static, viscous))
 
 
 def drilling_resistance(
@@ -422,9 +421,7 @@ def drilling_resistance(
     A Hertzian contact of radius a that spins without sliding has δ = 3 π μ a/16 (Johnson 1985, sec. 7.4, complete slip).
     """
     place = _pressing(by)
-    return _resistance(
-        expect.label(name) or f"drilling of {by.name}", by, place, [place.normal], Friction(arm, static, viscous)
-    )
+    return _resistance(name or f"drilling of {by.name}", by, place, [place.normal], Friction(arm, static, viscous))
 
 
 def _pressing(by: ContactLaw) -> Contact:

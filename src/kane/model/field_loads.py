@@ -27,8 +27,8 @@ from kane.model.constraints import check_unit, is_unit
 from kane.model.joints.gears import length_along
 from kane.model.loads import Load
 from kane.model.mass import parts_listed
-from kane.model.ranges import not_negative, positive
 from kane.numeric.polynomials import gauss
+from kane.numeric.sampling import not_negative, positive
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 

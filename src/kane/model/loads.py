@@ -16,7 +16,7 @@ from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import check_unit
-from kane.model.ranges import not_negative
+from kane.numeric.sampling import not_negative
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -192,15 +192,15 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
 
     If the stiffness or free length depends on time, inputs or coordinates, the load has no potential, and its work counts as power.
     """
-    _between("spring", a, b, Point)
-    r, k, free = a.position(b), not_negative(stiffness, "a stiffness", _SIGN), as_expr(free_length)
+    k = not_negative(stiffness, f"a stiffness of the {_between('spring', a, b, Point)}", _SIGN)
+    r, free = a.position(b), as_expr(free_length)
     _check_apart("spring", a, b, r)
     if free is ZERO:
         pull, potential = r * -k, k * r.dot(r) / 2
     else:
         length = r.magnitude()
         pull, potential = r * (-k * (length - free) / length), k * (length - free) ** 2 / 2
-    spring = action_reaction(a, b, pull, expect.label(name) or f"spring between {a.name} and {b.name}")
+    spring = action_reaction(a, b, pull, name or f"spring between {a.name} and {b.name}")
     return replace(spring, potential=potential) if is_constant_in_time((k, free)) else spring
 
 
@@ -218,7 +218,7 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     # r·ṙ = |r| d|r|/dt has no root, and |r| cancels if r has a constant direction
     speed = (a.velocity(root) - b.velocity(root)).dot(r)
     pull = r * (-not_negative(damping, "a damping coefficient", _SIGN) * (speed / r.dot(r)))
-    return action_reaction(a, b, pull, expect.label(name) or f"damper between {a.name} and {b.name}")
+    return action_reaction(a, b, pull, name or f"damper between {a.name} and {b.name}")
 
 
 def torsional_spring(
@@ -231,9 +231,7 @@ def torsional_spring(
     check_unit(axis, _between("axis of the torsional spring", on, from_, Frame))
     k, stretch = not_negative(stiffness, "a stiffness", _SIGN), as_expr(angle) - as_expr(rest)
     torque = axis * (-k * stretch)
-    spring = torque_pair(
-        on, from_, torque, expect.label(name) or f"torsional spring between {on.name} and {from_.name}"
-    )
+    spring = torque_pair(on, from_, torque, name or f"torsional spring between {on.name} and {from_.name}")
     return replace(spring, potential=k * stretch**2 / 2) if is_constant_in_time((k, as_expr(rest))) else spring
 
 
@@ -241,4 +239,4 @@ def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: 
     """Torsional damper: a torque c times the relative angular speed of two frames about the unit vector `axis`, opposing it."""
     check_unit(axis, _between("axis of the torsional damper", on, from_, Frame))
     torque = axis * (-not_negative(damping, "a damping coefficient", _SIGN) * on.angular_velocity(from_).dot(axis))
-    return torque_pair(on, from_, torque, expect.label(name) or f"torsional damper between {on.name} and {from_.name}")
+    return torque_pair(on, from_, torque, name or f"torsional damper between {on.name} and {from_.name}")

@@ -12,7 +12,7 @@ from kane.errors import ModelError
 from kane.expr.build import add, cos, div, mul, sin, sub, sum_of
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, pi
 from kane.model.constraints import check_unit, is_unit, length
-from kane.model.ranges import SIGN, not_negative, positive
+from kane.numeric.sampling import SIGN, not_negative, positive
 from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.rotation import Basis

@@ -31,10 +31,10 @@ from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
 from kane.model.beams.shape_functions import GRID, ModeShapes, powers_near, taken, together
 from kane.model.joints.joint import mirrored
-from kane.model.ranges import positive
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import QuadratureRule, gauss
 from kane.numeric.rank import singular
+from kane.numeric.sampling import positive
 from kane.numeric.scale import EQUAL, STATE_RANK, STEEP, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector

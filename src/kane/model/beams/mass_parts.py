@@ -50,8 +50,8 @@ from kane.model.beams.shape_functions import ModeShapes, slopes
 from kane.model.bodies import Part
 from kane.model.joints.joint import mirrored
 from kane.model.loads import Load
-from kane.model.ranges import not_negative
 from kane.numeric.arrays import Array, product
+from kane.numeric.sampling import not_negative
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector

@@ -37,8 +37,7 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, check_unit, cut_of, home_of, no_slip, rolling, touching
 from kane.model.joints.joint import Joint, check_attachment, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
-from kane.model.ranges import not_negative, positive
-from kane.numeric.sampling import SEEDS, finite_number, sample
+from kane.numeric.sampling import SEEDS, finite_number, not_negative, positive, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.rotation import single

@@ -23,7 +23,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.model.constraints import Constraint, check_unit, no_slip
 from kane.model.joints.joint import Joint, numbers
-from kane.model.ranges import positive
+from kane.numeric.sampling import positive
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
