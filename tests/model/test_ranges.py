@@ -21,6 +21,9 @@ CROSSED = kn.pin("crossed", O, N, axis=N.x)
 PLACE = kn.joints.point_on_plane("corner", P, O, normal=N.y)
 PUSH = kn.reaction("push", at=P, along=A.y)
 
+LOAD = kn.Force(P, kn.input("F") * N.x, name="load")
+EOM = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], joints=[HINGE], loads=[LOAD]))
+
 MASS = {"mass": 2.0}
 R, H = {"radius": 0.3}, {"height": 0.7}
 SOLIDS: dict[str, dict[str, Any]] = {
@@ -115,6 +118,7 @@ SIGNS = {
     "rod between points": lambda x: kn.distance(O, P, x),
     "mass of a particle": lambda x: kn.Particle("a", P, x),
     "friction": lambda x: kn.friction(P, PUSH, x, along=N.z),
+    "size of a shape": lambda x: kn.figures.shape("sphere", of=kn.Particle("s", P, 1), radius=x),
     "Stribeck": lambda x: kn.joints.stribeck(x, x, 0.1),
 }  # fmt: skip
 
@@ -176,6 +180,18 @@ LISTS = {
 def test_what_is_no_list(what: str, wrong: Any) -> None:
     with pytest.raises(kn.KaneError, match="Expected "):
         LISTS[what](wrong)
+
+
+def test_numbers_are_no_texts() -> None:
+    with pytest.raises(kn.ExpressionError, match="numbers as the points of a table"):
+        kn.table(["0", "1"], [0, 1])
+    with pytest.raises(kn.SimulationError, match="a time span"):
+        kn.simulate(EOM, [0, "1"], q=0, u=0, inputs={"F": 0})  # type: ignore[arg-type]
+
+
+def test_an_input_without_a_value_is_named() -> None:
+    with pytest.raises(kn.SimulationError, match="load is undefined here, as F is nan"):
+        kn.simulate(EOM, (0, 1), q=0, u=0, inputs={"F": lambda t: math.nan})
 
 
 @pytest.mark.parametrize("empty", [[], "", ()])
