@@ -182,11 +182,12 @@ def test_what_is_no_list(what: str, wrong: Any) -> None:
         LISTS[what](wrong)
 
 
-def test_numbers_are_no_texts() -> None:
+def test_texts_are_no_numbers() -> None:
+    texts: Any = ["0", "1"]
     with pytest.raises(kn.ExpressionError, match="numbers as the points of a table"):
-        kn.table(["0", "1"], [0, 1])
+        kn.table(texts, [0, 1])
     with pytest.raises(kn.SimulationError, match="a time span"):
-        kn.simulate(EOM, [0, "1"], q=0, u=0, inputs={"F": 0})  # type: ignore[arg-type]
+        kn.simulate(EOM, texts, q=0, u=0, inputs={"F": 0})
 
 
 def test_an_input_without_a_value_is_named() -> None:
