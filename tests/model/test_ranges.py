@@ -217,3 +217,19 @@ def test_sizes_at_values_of_parameters(kind: str, name: str, value: float, messa
     kn.simulate(eom, (0, 0.1), q=0, u=0, parameters={"size": 0.15})
     with pytest.raises(kn.SimulationError, match=f"Expected {message}.* at the values of the parameters"):
         kn.simulate(eom, (0, 0.1), q=0, u=0, parameters={"size": value})
+
+
+def test_friction_at_values_of_parameters() -> None:
+    mu, size = kn.parameter("mu", 0.3), kn.parameter("size", 0.1)
+    block = O.at("B", kn.coordinate("x") * N.x).at("block", 0)
+    weight = kn.reaction("weight", at=block, along=N.y)
+    slides = {"bodies": [kn.Particle("b", block, 1)], "speeds": "rates", "reactions": [weight]}
+    brake = kn.loads.dry_friction(HINGE, size)
+    for system, given in (
+        (kn.System(N, **slides, loads=[kn.gravity(-9.81 * N.y), kn.friction(block, weight, mu)]), mu),
+        (kn.System(N, bodies=[kn.Particle("p", P, 1)], joints=[HINGE], loads=[brake]), size),
+    ):
+        eom = kn.derive(system)
+        kn.simulate(eom, (0, 0.01), q=0, u=[1], parameters={given: 0.2})
+        with pytest.raises(kn.SimulationError, match=f"a size ≥ 0 of .*friction.*, got {given} = -0.2"):
+            kn.simulate(eom, (0, 0.01), q=0, u=[1], parameters={given: -0.2})

@@ -29,13 +29,14 @@ class Slip(Immutable):
     """The slip of a friction load: its `speed`, the `threshold` below which sliding ends, and the reactions that must be compressive.
 
     The speed is None if the load is also valid at rest; the threshold is None if it is a fraction of the largest slip. Below it the
-    contact `rolls` if another particle of the body is in contact at every instant, and sticks otherwise.
+    contact `rolls` if another particle of the body is in contact at every instant, and sticks otherwise. `size` is μ or the magnitude.
     """
 
     speed: Expr | None
     threshold: float | None = None
     presses: tuple[Reaction, ...] = ()
     rolls: bool = False
+    size: Expr = ZERO
 
 
 @dataclass(frozen=True, slots=True, eq=False)

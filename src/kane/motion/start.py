@@ -151,10 +151,14 @@ class _Bounded(NamedTuple):
 
 
 def _bounded(eom: Equations, constants: Mapping[Expr, Any]) -> Iterator[_Bounded]:
-    """Measures of beams, masses, and least principal moments of inertia, at values of the parameters."""
+    """Measures of beams, friction, masses, sizes and least moments of inertia, at values of the parameters."""
     for beam in eom.system.bodies:
         for what, measure in beam.measures() if isinstance(beam, Beam) else ():
             yield _Bounded(evaluate(measure, constants), True, f"{what} of {beam.name} above zero", measure)
+    for load in eom.system.loads:
+        size = ZERO if load.slip is None else load.slip.size
+        if size is not ZERO and all(s in constants for s in free_symbols([size])):
+            yield _Bounded(evaluate(size, constants), False, f"a size ≥ 0 of {load.name!r}", size)
     for part in parts_of(eom.system.bodies):
         if not part.momenta and all(s in constants for s in free_symbols([part.mass])):
             yield _Bounded(evaluate(part.mass, constants), False, f"a mass ≥ 0 for {part.name}", part.mass)
@@ -177,7 +181,7 @@ def _sizes(name: str, shape: Shape, constants: Mapping[Expr, Any]) -> Iterator[_
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """A SimulationError if a mass or moment of inertia is negative, or a measure of a beam not above zero."""
+    """A SimulationError if a mass, a moment of inertia, a size or friction is negative, or a measure of a beam not above zero."""
     for value, above, expected, written in _bounded(eom, constants):
         if value < 0 or (above and not value > 0):
             came = "" if written is None else f"{cut(written)} = "

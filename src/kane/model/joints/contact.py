@@ -499,7 +499,7 @@ def friction(
     name = expect.label(name) or f"friction on {point.name}"
     load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)
     rolls = any(p.body is not None and not p.offset.dt(p.body).is_zero for p in (point, against) if p is not None)
-    return _declared(load, Slip(slip.magnitude(), rolls=rolls), normal, threshold, smooth)
+    return _declared(load, Slip(slip.magnitude(), rolls=rolls, size=share), normal, threshold, smooth)
 
 
 def dry_friction(
@@ -537,7 +537,7 @@ def dry_friction(
         if kind == "pin"
         else action_reaction(joint.point, joint.at, load, name)
     )
-    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), most, threshold, smooth)
+    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate), size=most), most, threshold, smooth)
 
 
 def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:
