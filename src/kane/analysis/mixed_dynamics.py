@@ -6,7 +6,7 @@
 is linear in (u̇, λ, R, r): the columns of given quantities move to the right-hand side. The multipliers are always unknown.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Unpack
 
@@ -287,7 +287,7 @@ def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | Non
     given: object = unknowns
     if isinstance(given, str | Symbol):
         unknowns = (given,)
-    elif not isinstance(given, Iterable):
+    elif not expect.is_list(given):
         raise SimulationError(f"Expected unknowns as a list of symbols and names, got {cut(repr(given))}.")
     possible: tuple[Symbol, ...] = (*map(rate, eom.speeds), *eom.inputs, *eom.reactions)
     wanted: list[Symbol] = []

@@ -64,6 +64,10 @@ def model_of(text: str) -> NamedModel:
     head, sign, tail = text.rpartition(":")
     if sign and tail.isidentifier() and not path.is_file():
         path, function = Path(head), tail
+    if head in GALLERY:
+        raise Misuse(
+            f"Expected :NAME after a Python file, got {text}. {head} is a system of the gallery: write it alone."
+        )
     if not path.is_file():
         raise Misuse(_unknown(str(path), path))
     if path.suffix.lower() in OF_OTHERS:

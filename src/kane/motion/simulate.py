@@ -220,7 +220,7 @@ def are_fixed(eom: Equations, inputs: Any, given: Collection[Any] = ()) -> bool:
     Parameters that the model does not contain have a default, or are `given`. A motion prescribed by an expression with corners is
     checked for jumps at given values.
     """
-    if inputs and not isinstance(inputs, dict):
+    if inputs is not None and not isinstance(inputs, dict):
         return False
     laws = [v for v in (inputs or {}).values() if isinstance(v, Expr)]
     if not all(isinstance(v, Expr | int | float) for v in (inputs or {}).values()):

@@ -28,7 +28,7 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, none_of
 from kane.expr.build import add, div, mul, sqrt
-from kane.expr.node import ONE, ZERO, Expr, as_expr, constant
+from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.symbols import Coordinate, rate
 from kane.model.beams import deformation
 from kane.model.beams.shape_functions import ModeShapes, slopes
@@ -36,7 +36,7 @@ from kane.model.bodies import Part
 from kane.model.joints.joint import mirrored
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, product
-from kane.numeric.sampling import default_of
+from kane.numeric.sampling import not_negative
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
@@ -222,11 +222,7 @@ def damping_of(
 
 def _parameter(name: str, kind: str, given: Any) -> Expr:
     """A nonnegative value, in parameters; raises ModelError."""
-    value = as_expr(given)
-    known = default_of(value)
-    if known is not None and not known >= 0:
-        raise ModelError(f"Expected damping {kind!r} of {name} not below zero, got {known:g}. Check its sign.")
-    return deformation.in_parameters(name, kind, value, meaning="damping")
+    return deformation.in_parameters(name, kind, not_negative(given, f"damping {kind!r} of {name}"), meaning="damping")
 
 
 def _terms(

@@ -23,6 +23,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.model.constraints import Constraint, check_unit, no_slip
 from kane.model.joints.joint import Joint, numbers
+from kane.numeric.sampling import positive
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -196,7 +197,7 @@ def rack_and_pinion(
         raise ModelError(f"Expected axis= and along= for {name!r}, which is not given by a pin and a slider.")
     pairs = ((pinion, "pin"), (rack, "slider"))
     wheel, bar = (_side(name, x, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)") for x, kind in pairs)
-    r = as_expr(radius)
+    r = positive(radius, f"the radius of the pinion of {name!r}", "For the other side, turn along= round.")
     check_unit(n, f"axis of the pinion of {name!r}")
     if abs(numbers([n.dot(d)])[0]) > DECLARED:
         raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
@@ -246,7 +247,7 @@ def bevel_pair(
     expect.that(inclined, expected, came=f"{n_a} and {n_b}", cure=cure)
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
-    sine, r_a = length_along(across), as_expr(radius)
+    sine, r_a = length_along(across), positive(radius, f"the radius of {name!r}")
     line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # the common line of the pitch cones
     arm_a, arm_b = ((meet.position(x.center) + line).gathered() for x in (first, second))
 
@@ -296,7 +297,7 @@ def worm_pair(
             f"Expected axes of the worm gear {name!r} that cross at right angles, the wheel's centre across from the worm, got {n_g} "
             f"and {n_w} with the centres {between} apart. Place the wheel's centre in the plane across its axis that holds the worm's."
         )
-    side, r = (1 if gap > 0 else -1), as_expr(radius)
+    side, r = (1 if gap > 0 else -1), positive(radius, f"the radius of the wheel of {name!r}")
     rise = div(mul(r, threads), z) * (1 if hand == "right" else -1)
     arm = sub(mul(as_expr(side), between.dot(outward)), r)
     expect.that(numbers([arm])[0] > 0, f"a pitch radius of the wheel below the distance of the axes of {name!r}", r)

@@ -2,7 +2,7 @@
 """Motions over a span as functions of unknown parameters and initial values, with their derivatives."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -224,7 +224,7 @@ def interval(given: Any) -> tuple[float, float]:
 def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     """The unknowns, in order and without duplicates; `given` are the inputs, whose parameters may be among them."""
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *own_parameters(eom, given))
-    listed = [by] if isinstance(by, Symbol | str) else list(by) if isinstance(by, Iterable) else []
+    listed = [by] if isinstance(by, Symbol | str) else list(by) if expect.is_list(by) else []
     result = tuple(symbols_named("by", own, listed))
     expect.that(bool(result), "some parameters or start values to differentiate by", by, error=SimulationError)
     twice = [name for name, count in Counter(s.name for s in result).items() if count > 1]

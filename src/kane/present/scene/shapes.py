@@ -11,14 +11,14 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ArgumentError, ModelError
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ZERO, Expr
 from kane.expr.ops import Immutable
 from kane.interop.imported import Imported
 from kane.interop.robots.records import LinkShape
 from kane.model.bodies import Body, RigidBody
 from kane.model.constraints import check_unit
 from kane.model.solids import Inertia
-from kane.numeric.sampling import SEED, sample
+from kane.numeric.sampling import SEED, not_negative, sample
 from kane.present.scene.records import Item, Quantities
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -136,7 +136,7 @@ def shape(
     if kind == "mesh":
         expect.that(Path(file).suffix.lower() in MESHES, "file= of a mesh as STL or OBJ", str(file))
     label = name or (of.name if of is not None else kind)
-    lengths = {k: as_expr(sizes[k]) for k in wanted}
+    lengths = {k: not_negative(sizes[k], f"{k}= of the {kind}") for k in wanted}
     return BodyShape(kind, of, lengths, frame, at, axis, through, str(file), label)
 
 
