@@ -60,7 +60,9 @@ def _shot(name: str, seconds: float, azimuth: float = 0.3, height: float = 0.3, 
         seen = replace(seen, travels=False, middle=(low + high) / 2, reach=near * across + 0.2)
     elif seen.travels:
         seen = replace(seen, reach=1.3 * seen.reach)
-    return PictureView(seen, course, np.array(animation.camera["front"]), azimuth, height, animation.low, seconds)
+    return PictureView(
+        seen, animation.courses, (), np.array(animation.camera["front"]), azimuth, height, animation.low, seconds
+    )
 
 
 def _save(pictures: list[Image.Image], size: tuple[int, int], place: Path, pause: int, quality: int) -> None:

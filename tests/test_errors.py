@@ -240,3 +240,14 @@ def test_states_of_wrong_length_or_kind_are_named(name, ask):
         ):
             with pytest.raises(kn.KaneError, match=r"^Expected .*, got "):
                 ask(eom, **{key: wrong})
+
+
+def test_a_name_but_for_capitals_is_meant():
+    N = kn.Frame("N")
+    hinge = kn.pin("hinge", kn.Point("O", fixed_in=N), N, axis=N.z)
+    bob = kn.Particle("bob", hinge.point.at("P", hinge.frame.x), kn.parameter("m", 1.0))
+    eom = kn.derive(kn.System(N, bodies=[bob], joints=[hinge]))
+    with pytest.raises(kn.errors.ValueMissingError, match=r"got one for 'M'\. Did you mean m\?"):
+        kn.simulate(eom, (0, 1), q=0, u=0, parameters={"M": 2.0})
+    with pytest.raises(kn.SimulationError, match=r"got 'rk45'\. Did you mean RK45\?"):
+        kn.simulate(eom, (0, 1), q=0, u=0, method="rk45")

@@ -6,8 +6,12 @@ from __future__ import annotations
 import contextlib
 import inspect
 import itertools
+import math
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 
 import kane as kn
@@ -130,6 +134,19 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.sphere_on_plane, ("c", A, Q, O), {"radius": 1, "normal": N.y}),
     (kn.disk_on_plane, ("c", A, Q, O), {"axis": A.z, "radius": 1, "normal": N.y}),
     (kn.contact, (kn.joints.sphere_on_plane("c", A, Q, O, radius=1, normal=N.x), 0.3), {"restitution": 0.5, "name": "c"}),
+    (kn.joints.torus_on_plane, ("c", A, Q, O), {"axis": A.z, "radius": 1, "crown": 0.1, "normal": N.y}),
+    (kn.joints.sphere_on_sphere, ("c", A, Q, N, O), {"radius": 1, "other_radius": 1, "inside": False, "pole": N.z}),
+    (kn.joints.sphere_on_cylinder, ("c", A, Q, N, O), {"axis": N.z, "radius": 1, "cylinder_radius": 1, "inside": False}),
+    (kn.joints.capsule_on_plane, ("c", A, [Q, P], O), {"radius": 1, "normal": N.y}),
+    (kn.joints.corners_on_plane, ("c", [K], O), {"normal": N.y, "along": N.x, "surface": N.x}),
+    (kn.joints.point_on_plane, ("c", K, O), {"normal": N.y, "along": N.x, "surface": N.x}),
+    (kn.joints.rope, ("c", [O, Q], 2), {"restitution": 0, "law": "newton"}),
+    (kn.joints.stop, ("c", Q1), {"restitution": 0, "law": "newton"}),
+    (kn.joints.stiction, (PIN, 1), {"static": 2, "viscous": 0, "name": "c"}),
+    (kn.joints.clutch, ("c", A, N, N.z, 1), {"static": 2, "viscous": 0}),
+    (kn.joints.stribeck, (0.3, 0.4, 0.1), {}),
+    (kn.joints.weld, ("j", O, N), {"child": "c"}),
+    (kn.loads.dry_friction, (PIN, 1), {"threshold": 1e-3, "name": "c"}),
     (kn.gear_pair, ("g", PIN, NEXT), {"teeth": (1, 2)}),
     (kn.bevel_pair, ("g", PIN, kn.pin("J3", O, N, axis=N.x)), {"teeth": (1, 2), "radius": 1, "apex": O, "phase": 0}),
     (kn.worm_pair, ("g", PIN, kn.pin("J4", O.at("J4", 2 * N.y), N, axis=N.x)), {"teeth": (40, 2), "radius": 1, "phase": 0}),
@@ -220,6 +237,11 @@ ANALYSES: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
 ]
 """What may end in an error of the library as it stands."""
 WRONG = (A, P, M, Q2, 1, None, "x", BODY, A.x, [1, 2], PIN, LOAD, HELD, I)
+ODD: tuple[Any, ...] = (
+    -1.0, 0, math.nan, math.inf, 1 + 2j, True, np.float16(0.5), np.int8(1), np.array(1.0), np.array([1.0, 2.0]), np.array(Q1), 10**400,
+    "", b"x", [], {}, {1}, [[]], Decimal("0.1"), Fraction(1, 3), 0 * N.x, 2 * N.x,
+)  # fmt: skip
+"""Numbers of other kinds, or out of range, and things that are empty."""
 
 
 def name_of(call: Any) -> str:
@@ -268,7 +290,7 @@ def test_systems_of_equations_are_square():
 
 
 def _tried_with_all(make: Any, args: Any, named: Any) -> None:
-    for wrong in WRONG:
+    for wrong in WRONG + ODD:
         for k in range(len(args)):
             _tried(make, (*args[:k], wrong, *args[k + 1 :]), named)
         for k in named:
@@ -289,6 +311,6 @@ def test_every_function_that_declares_is_tried():
     }
     alike = {n for n in declare if n.startswith("close_")} | {
         "thin_disk", "ring", "spherical_shell", "solid_cylinder", "cylindrical_shell", "solid_cone", "cylindrical", "weld",
-        "torus_on_plane", "dry_friction",
+        "dry_friction",
     }  # fmt: skip
     assert declare <= tried | alike

@@ -215,19 +215,16 @@ _NAMES = {
     "motion.prepared": "Prepared prepare",
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
-    "present.balance_figures": "cycle_figure energy_balance",
-    "present.mode_figures": "beam_figure mode_figure",
+    "present.analysis_figures": "beam_figure cycle_figure energy_balance fit_figure mode_figure",
     "present.linearized.branch_figures": "campbell_diagram root_locus",
     "present.animation": "Animation animate",
     "present.check_figures": "Check",
-    "present.fit_figures": "fit_figure",
     "present.figure": "plot",
     "present.provenance": "show_versions",
     "present.report": "report",
     "present.scene.gather": "scene",
-    "present.scene.robot_links": "link_shapes",
     "present.scene.records": "Scene",
-    "present.scene.shapes": "BodyShape shape",
+    "present.scene.shapes": "BodyShape link_shapes shape",
     "present.sketch.draw": "Sketch sketch",
     "program.native.machine": "Settings",
     "space.attitude": "Rotation small_rotation",
@@ -267,11 +264,6 @@ _other_names = {
 
 if not TYPE_CHECKING:  # checkers of types know the names
     __getattr__ = _offered(__name__, _NAMES)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
-
 
 # In reading order: declare, derive, look, run. Names of families that are not in this list can be reached here, too.
 __all__ = [

@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 
 def alike(word: str, known: Iterable[str]) -> str:
-    """“ Did you mean …?” where some name resembles the word."""
-    close = difflib.get_close_matches(word, list(known), cutoff=0.5)
+    """“ Did you mean …?” where some name resembles the word, or is the word but for capitals."""
+    names = list(known)
+    same = [name for name in names if name.lower() == word.lower()]
+    close = same or difflib.get_close_matches(word, names, cutoff=0.5)
     return f" Did you mean {' or '.join(close)}?" if close else ""
 
 

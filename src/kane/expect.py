@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Hashable, Iterable
 from importlib import import_module
 from inspect import Parameter, signature
 from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar
 
 from kane.errors import KaneError, ModelError, cut, none_of
 
@@ -72,9 +72,14 @@ def instances(
     return tuple(instance(x, kind, expected, cure, error=error) for x in items(given, expected, cure, error=error))
 
 
+def is_list(given: object) -> TypeGuard[Iterable[Any]]:
+    """Whether it is a list, a tuple or any other iterable but a text, bytes, or a NumPy array without axes."""
+    return isinstance(given, Iterable) and not isinstance(given, str | bytes) and getattr(given, "shape", None) != ()
+
+
 def items(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> tuple[Any, ...]:
-    """What stands in a list, a tuple or any other iterable but a text."""
-    that(isinstance(given, Iterable) and not isinstance(given, str), expected, given, cure, error=error)
+    """What stands in a list."""
+    that(is_list(given), expected, given, cure, error=error)
     return tuple(given)
 
 
@@ -114,6 +119,12 @@ def name(given: Any, expected: str, cure: str = "", *, error: Error = ModelError
     return str(given)
 
 
+def label(given: Any, expected: str = "a text as name=") -> str:
+    """A text, empty where a name is to be made; None is the same."""
+    that(given is None or isinstance(given, str), expected, given)
+    return given or ""
+
+
 def flag(given: Any, expected: str) -> bool:
     """True or False, NumPy's too."""
     that(isinstance(given, bool) or type(given).__name__ in ("bool", "bool_"), expected, given)
@@ -122,7 +133,10 @@ def flag(given: Any, expected: str) -> bool:
 
 def is_number(given: object) -> bool:
     """Whether it is a finite real number, which True and False are not."""
-    return not isinstance(given, bool) and isinstance(given, Real) and math.isfinite(given)
+    try:
+        return not isinstance(given, bool) and isinstance(given, Real) and math.isfinite(given)
+    except OverflowError:  # an integer beyond the floats
+        return False
 
 
 def number(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> float:

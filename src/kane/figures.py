@@ -6,35 +6,29 @@ from typing import TYPE_CHECKING
 from kane.lazy_imports import offered
 
 if TYPE_CHECKING:
+    from kane.present.analysis_figures import beam_figure, cycle_figure, energy_balance, fit_figure, mode_figure
     from kane.present.animation import Animation, animate
-    from kane.present.balance_figures import cycle_figure, energy_balance
     from kane.present.check_figures import Check
     from kane.present.figure import plot
-    from kane.present.fit_figures import fit_figure
     from kane.present.linearized.branch_figures import campbell_diagram, root_locus
-    from kane.present.mode_figures import beam_figure, mode_figure
     from kane.present.report import report
     from kane.present.scene.gather import scene
     from kane.present.scene.records import Scene
-    from kane.present.scene.robot_links import link_shapes
-    from kane.present.scene.shapes import BodyShape, shape
+    from kane.present.scene.shapes import BodyShape, link_shapes, shape
     from kane.present.sketch.draw import Sketch, sketch
 
 __getattr__ = offered(
     __name__,
     {
         ".present.animation": "Animation animate",
-        ".present.balance_figures": "cycle_figure energy_balance",
+        ".present.analysis_figures": "beam_figure cycle_figure energy_balance fit_figure mode_figure",
         ".present.check_figures": "Check",
         ".present.figure": "plot",
-        ".present.fit_figures": "fit_figure",
         ".present.linearized.branch_figures": "campbell_diagram root_locus",
-        ".present.mode_figures": "beam_figure mode_figure",
         ".present.report": "report",
         ".present.scene.gather": "scene",
-        ".present.scene.robot_links": "link_shapes",
         ".present.scene.records": "Scene",
-        ".present.scene.shapes": "BodyShape shape",
+        ".present.scene.shapes": "BodyShape link_shapes shape",
         ".present.sketch.draw": "Sketch sketch",
     },
 )
@@ -45,7 +39,3 @@ __all__ = [
     "cycle_figure", "energy_balance", "fit_figure", "link_shapes", "mode_figure", "plot", "report", "root_locus",
     "scene", "shape", "sketch",
 ]  # fmt: skip
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

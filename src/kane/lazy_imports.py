@@ -50,11 +50,10 @@ def offered(package: str, names: Mapping[str, str]) -> Offered:
     """What a package offers: by the path of a module, the names there, separated by spaces.
 
     Paths are relative to the package, ".units.table" to the one that it is in. "" or a path with "." behind stands for modules.
-    Without names it is a family, which has imported what it offers: it lists that alone.
+    Without names it is a family, which has imported what it offers. `dir` shows `__all__` alone, where there is one.
     """
-    if not names:
-        family = vars(import_module(package))
-        family["__dir__"] = lambda: sorted(family["__all__"])
+    own = vars(import_module(package))
+    own["__dir__"] = lambda: sorted(own.get("__all__", own))
     places = dict[str, tuple[str, str]]()
     for path, listed in names.items():
         for name in listed.split():

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane.gallery import bricard
 from tests.examples import examples
 from tests.systems import steady as systems
 
@@ -241,3 +242,16 @@ def test_euler_parameters_must_be_of_unit_length():
             spin(q=[first, 0, 0, 0], u=[1, 2, 3])
     found = spin(q=[1, 0, 0, 0], u=[1, 2, 3])
     assert list(found.values()) == pytest.approx([(2 - 3) * 6 / 1, (3 - 1) * 3 / 2, (1 - 2) * 2 / 3])
+
+
+@pytest.mark.parametrize("metre", [1.0, 1e3, 1e-3, 1e-6])
+def test_a_loop_has_an_inverse_in_any_units(metre):
+    """Whether the unknowns are determined is asked of accelerations and multipliers in units of one size."""
+    eom = kn.derive(bricard.system())
+    length = {"m": 1, "m/s^2": 1}
+    inverse = kn.inverse(eom, [u.dt for u in eom.independent_speeds])
+    parameters = {p: p.default * metre ** length.get(p.unit, 0) for p in eom.parameters}
+    at = kn.assemble(eom, q=bricard.START["q"], u=bricard.START["u"], parameters=parameters)
+    found = list(inverse(at).values())
+    plain = kn.assemble(eom, q=bricard.START["q"], u=bricard.START["u"])
+    np.testing.assert_allclose(found, [eom.evaluate(s, plain) for s in inverse.unknowns], rtol=1e-9)

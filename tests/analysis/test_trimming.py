@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.gallery import knife_edge, whipple_bicycle
+from kane.gallery import flexible_arm, knife_edge, whipple_bicycle
 from tests.examples import examples
 from tests.systems import steady as systems
 
@@ -264,3 +264,13 @@ def test_what_nothing_depends_on_stays_where_it_starts(metre):
     assert abs(np.sin(across["theta"])) == pytest.approx(1)
     there = kn.equilibrium(eom, q={"x": kn.guess(0.4 * metre), "y": -2 * metre}, parameters=parameters)
     assert (there["x"], there["y"]) == (0.4 * metre, -2 * metre)
+
+
+@pytest.mark.parametrize("metre", [1.0, 1e3, 1e-3, 1e-6])
+def test_an_arm_without_weight_rests_straight_at_any_angle_of_its_elbow(metre):
+    eom = kn.derive(flexible_arm.system())
+    length = {"m": 1, "kg": 0, "kg/m": -1, "N*m": 2, "N*m^2": 3}
+    parameters = {p: p.default * metre ** length[p.unit] for p in eom.parameters}
+    with pytest.raises(kn.ValueMissingError, match="too few: q_2 can still have other values"):
+        kn.equilibrium(eom, parameters=parameters)
+    assert list(kn.equilibrium(eom, q={"q_2": 0.4}, parameters=parameters).q.values()) == [0, 0.4, 0, 0, 0, 0]

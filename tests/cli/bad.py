@@ -217,6 +217,14 @@ SLIPS = {
     "spring_pushes": Slip("cart", "A spring that pushes the cart away.", [("-k * x", "k * x")]),
     "damper_feeds": Slip(
         "rod",
+        "A damper written by hand, with the wrong sign.",
+        [
+            ("g =", 'c = kn.parameter("c", 0.02, "N*m*s/rad")\n    g ='),
+            ("N.y)", 'N.y), kn.Torque(B, c * B.angular_velocity(N), name="brake")'),
+        ],
+    ),
+    "damper_negative": Slip(
+        "rod",
         "A damper whose coefficient has the wrong sign.",
         [
             ("g =", 'c = kn.parameter("c", -0.02, "N*m*s/rad")\n    g ='),

@@ -18,6 +18,7 @@ FILES = {
 WRONG = {
     "simulat pendulum": (2, "Did you mean simulate"),
     "simulate pendulm": (2, "Did you mean pendulum"),
+    "simulate pendulum:other": (2, "pendulum is a system of the gallery"),
     "simulate pendulum --t2 3": (2, "Did you mean --t1"),
     "simulate pendulum --t1 soon": (2, "See `"),
     "simulate pendulum --q thta=1": (2, "Did you mean theta?"),

@@ -65,3 +65,11 @@ def test_each_system_moves_in_a_small_picture():
             assert moving.n_frames > 20, name
             assert still.n_frames == 1, name
             assert moving.size == still.size, name
+
+
+def test_small_pictures_are_drawn(figures, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures.moving, "_COUNT", 3)
+    figures.moving.card("pendulum", tmp_path)
+    with Image.open(tmp_path / "pendulum.webp") as moving, Image.open(tmp_path / "pendulum_still.webp") as still:
+        assert moving.n_frames > 1
+        assert moving.size == still.size == figures.moving.CARD

@@ -287,6 +287,70 @@ def test_rest_and_eigenvalues_are_the_same_in_any_units(name, in_units):
         assert distance.min(axis=1).max() < 1e-6 * np.abs(roots).max()
 
 
+UNTOLD = [n for n in GALLERY if n.split(".")[-1] != "flap_lag_blade"]
+"""The blade, bent as far as its stiffness tells, has a negative kinetic energy or, found first, a singular matrix."""
+
+
+@pytest.mark.parametrize("name", slow_but(["flexible_arm", "flexible_slider_crank", "snakeboard"], UNTOLD))
+def test_an_equilibrium_without_values_is_the_same_in_any_units(name, in_units):
+    """At rest without loads no term has a size, so that nothing but the masses compares metres to radians."""
+    system = in_units(name)
+    eom = system.eom
+
+    def found(scale):
+        values = {"parameters": system.parameters(scale), "inputs": dict.fromkeys(eom.inputs, 0.0)}
+        try:
+            point = kn.equilibrium(eom, **values)
+        except kn.KaneError as error:
+            return str(error)[:60], 0.0
+        return "", np.array(list(point.q.values())) / system.factors(point.q, scale)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        told, place = found((1, 1, 1))
+        for scale in (*SCALES, (1e3, 1e3, 1e3)):
+            other, own = found(scale)
+            assert other == told, scale
+            np.testing.assert_allclose(own, place, rtol=1e-6, atol=1e-8 * np.abs(place).max(initial=1e-3))
+
+
+@pytest.mark.parametrize(
+    "name", slow_but(["slider_crank", "four_bar", "pure_rolling_disk"], [n for n in HELD if "flexible" not in n])
+)
+def test_derivatives_of_motions_are_the_same_in_any_units(name, in_units):
+    """Which initial values stay as they are when a parameter changes is no matter of units either."""
+    system = in_units(name)
+    eom, (q, u), by = system.eom, system.start(), list(system.eom.parameters)[:2]
+    inputs = {r.name: 0.0 for r in eom.inputs} | getattr(system.module, "START", {}).get("inputs", {})
+
+    def found(scale):
+        factors = system.factors((*eom.coordinates, *eom.speeds), scale)
+        sizes = system.factors(by, scale) * [abs(p.default or 1.0) for p in by]
+        s = kn.fitting.sensitivities(
+            eom, (0, 0.02 * scale[2]), by, q=system.scaled(q, scale), u=system.scaled(u, scale), samples=2,
+            parameters=system.parameters(scale), inputs=system.scaled(inputs, scale), atol=1e-11 * min(1.0, *factors),
+        )  # fmt: skip
+        return s.states[:, : len(factors)] / factors[:, None] * sizes
+
+    expected = found((1, 1, 1))
+    for scale in (*SCALES, (1, 1, SMALL)):
+        rows = np.abs(expected).max(axis=(0, 2), keepdims=True)[0]
+        assert (np.abs(found(scale) - expected) <= 1e-6 * np.abs(expected) + 1e-7 * rows + 1e-9 * rows.max()).all(), (
+            scale
+        )
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), *SCALES])
+def test_which_coordinates_depend_on_others_is_the_same_in_any_units(scale, in_units):
+    """Gyroscopic terms alone keep the satellite from normal modes, not a mixture of its panels' deflections with its angles."""
+    system = in_units("flexible_satellite")
+    q, u = system.start()
+    at = {"q": system.scaled(q, scale), "u": system.scaled(u, scale), "parameters": system.parameters(scale)}
+    linear = kn.linearize(system.eom, **at, inputs=dict.fromkeys(system.eom.inputs, 0.0), steady=False)
+    with pytest.raises(kn.SimulationError, match="without damping and gyroscopic terms"):
+        kn.analysis.normal_modes(linear)
+
+
 LAST = {"thrown_disk": 3.0, "rocking_block": 3.0, "skidding_bicycle": 1.7}
 """Until when contacts change their modes."""
 

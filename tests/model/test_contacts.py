@@ -48,7 +48,7 @@ COEFFICIENTS = [
         "-0.1",
         "Give 0 for an impact without rebound",
     ),
-    ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton, moreau", "'hertz'", ""),
+    ({"law": "hertz"}, "law= of 'floor' to be one of stronge, poisson, newton, moreau", "'hertz'", ""),
 ]
 
 

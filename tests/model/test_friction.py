@@ -220,5 +220,5 @@ class TestDryFriction:
             kn.dry_friction(ball, 1)
         with pytest.raises(kn.ModelError, match="Expected dry friction in a pin or slider joint, got 3"):
             kn.dry_friction(3, 1)
-        with pytest.raises(kn.ModelError, match="a size of dry friction in 'slide' at or above zero, got -2"):
+        with pytest.raises(kn.ModelError, match="a size of dry friction in 'slide' at or above zero, got size = -2"):
             kn.dry_friction(kn.slider("slide", O, N, axis=N.x), kn.parameter("size", -2.0))

@@ -345,12 +345,14 @@ def test_capstans_that_cannot_be():
         kn.joints.capstan("rope", [P, Q, R], 3, 0.1, drum=P, angle=1)
     with pytest.raises(kn.ModelError, match="Expected an angle of 'rope' at or above zero, got -1"):
         kn.joints.capstan("rope", [P, Q, R], 3, 0.1, drum=Q, angle=-1)
-    with pytest.raises(kn.ModelError, match="Expected a speed v_s > 0 of Stribeck's friction, got 0"):
+    with pytest.raises(kn.ModelError, match="Expected a speed v_s of Stribeck's friction above zero, got 0"):
         kn.joints.stribeck(0.1, 0.2, 0)
     with pytest.raises(kn.ModelError, match="Expected viscous= of 'floor' at or above zero, got -1"):
         block(0.1, viscous=-1)
     with pytest.raises(kn.ModelError, match="μ_k ≤ μ_s of the contact 'floor'"):
-        block(kn.joints.stribeck(0.4, 0.3, 0.1), static=0.2)
+        block(kn.joints.stribeck(0.3, 0.4, 0.1), static=0.2)
+    with pytest.raises(kn.ModelError, match=r"μ_s − μ_k of Stribeck's friction at or above zero.*Swap them"):
+        kn.joints.stribeck(0.4, 0.3, 0.1)
 
 
 # Against rolling and drilling ------------------------------------------------------------------------------------------------

@@ -29,8 +29,8 @@ from tests.examples import examples
 from tests.laws.test_contacts import started
 from tests.motion import test_contact_friction as friction
 from tests.motion.many.separate import simulated_separately
-from tests.oracles.planar_contacts import Plane, Plate, Touch
-from tests.systems.planar_contacts import planes, system
+from tests.oracles.planar_contacts import Plane, Plate, Support, Touch
+from tests.systems.planar_contacts import model, planes, system
 
 TIGHT = {"rtol": 1e-10, "atol": 1e-11}
 SPANS = {
@@ -203,6 +203,26 @@ def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law
     np.testing.assert_allclose(one.states[-1], other.states[-1], rtol=0, atol=1e-6)
 
 
+def test_a_foot_slips_as_that_of_another_body_for_an_instant() -> None:
+    """Where the pin between them passes the floor, both feet have one row of W, and b tells that one slips on."""
+    first, second = {"kinetic": 0.53, "static": 0.71, "restitution": 0.33}, {"kinetic": 0.16, "static": 0.16}
+    touches = (
+        Touch(0, (0.16, -0.37), **first),
+        Touch(0, (-0.51, -0.52), **first),
+        Touch(1, (0.22, -0.27), **second, restitution=0.5),
+    )
+    plates = (Plate(2.26, 0.91), Plate(0.69, 0.37, ((0.47, 0.25), (0.04, 0.16))))
+    own = model(plane := Plane(-0.07, plates, touches, Support((0.15, 2.0), (0.08, 6.0), -0.23)), "moreau")
+    q, u = [-0.262, 0.671, 0.225, 0.059], [-0.905, -0.158, -0.861, -1.37]
+    given: dict[str, Any] = {"q": q, "u": u, "parameters": own.values(plane), **TIGHT}
+    sol = kn.simulate(own.eom, (0, 1.5), **given)
+    at = np.searchsorted(sol.t, next(t for e, t in sol.events if e.name == "c2 sticks"))
+    assert (sol.modes["c0"][at], sol.modes["c2"][at + 3]) == ("stick", "slip")
+    for c in own.eom.system.contacts:
+        assert np.abs(sol[c.slips[0].expr][sol.modes[c.name] == "stick"]).max(initial=0) < 1e-12
+    agree(sol, by_python(own.eom, (0, 1.5), **given), 1e-7)
+
+
 def test_what_lands_lies_and_leaves_flat_is_decided_in_the_kernel(decisions: list[str]) -> None:
     """Two corners of a slider hit, rest and open at one instant; at a dead centre N and F are not determined, and Python is asked."""
     module = slider_crank_with_clearance
@@ -280,15 +300,15 @@ def test_inputs_that_are_expressions(decisions: list[str]) -> None:
     assert len(wanted.mode_history) > 30
 
 
-def pushed() -> kn.Equations:
-    """A block on a floor, which inputs F push along it and H lift."""
+def pushed(mu: Any = 0.5, brake: Any = 0.0) -> kn.Equations:
+    """A block on a floor, which inputs F push along it and H lift, against a force."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     x, y = kn.coordinates("x y", "m")
     g, F, H = kn.parameter("g", 9.81, "m/s^2"), kn.input("F", "N"), kn.input("H", "N")
     P = O.at("P", x * N.x + y * N.y)
-    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.5)
-    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x + H * N.y)]
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), mu)
+    loads = [kn.gravity(-g * N.y), kn.Force(P, (F - brake) * N.x + H * N.y)]
     bodies = [kn.Particle("block", P, kn.parameter("m", 2.0, "kg"))]
     return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
 
@@ -610,3 +630,83 @@ def test_batches_take_euler_parameters_and_loads_that_break(module: Any, separat
         many = kn.simulate_many(eom, (0, 0.5), q=start["q"], u={**start["u"], name: values}, threads=1, **options)
         np.testing.assert_allclose(many["end_state"], [sol.states[-1] for sol in each], rtol=0, atol=1e-12)
     assert separate == []
+
+
+@pytest.mark.parametrize("kind", ["input", "load", "friction"])
+def test_batches_take_breakpoints_that_differ(kind: str, separate: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What pushes or brakes the block changes at T and half a second later: one runner for each power of two of breakpoints."""
+    T = kn.parameter("T", 0.3, "s")
+    D, B = kn.parameter("D", 0.5, "s"), kn.parameter("B", 9.0, "N")
+    change = kn.where(kn.less(kn.time, T), 1.0, kn.where(kn.less(kn.time, T + D), 0.1, 0.5))
+    eom = pushed(
+        mu=0.4 * change if kind == "friction" else 0.4,
+        brake=B * change if kind == "load" else 0.0,
+    )
+    options: dict[str, Any] = {"inputs": {"F": 15 * change if kind == "input" else 15.0, "H": 0.0}, "samples": 11}
+    start: dict[str, Any] = {"q": {"x": 0, "y": 0.01}, "u": {"u_x": 0.0, "u_y": 0.0}}
+    times = [0.3, 0.71, 1.2, 1.6, 2.3, 0.9]  # the last but one changes nothing before t = 2
+    each = [kn.simulate(kn.derive(eom.system), (0, 2), **start, parameters={T: t}, **options) for t in times]
+    assert len({round(float(sol.states[-1, 0]), 9) for sol in each}) == len(times)
+    made, own = list[Any](), ContactRunner.__init__
+
+    def init(self: Any, *args: Any) -> None:
+        made.append(args[-1])
+        own(self, *args)
+
+    monkeypatch.setattr(ContactRunner, "__init__", init)
+    run = kn.prepare(eom, (0, 2), **options)
+    for _ in range(2):
+        for t, other in zip(times, each, strict=True):
+            agree(run(**start, parameters={T: t}), other, 0.0)
+    assert len(made) == 3  # for none, one, and two or three
+    for _ in range(2):
+        separate.clear()
+        many = kn.simulate_many(eom, (0, 2), **start, parameters={T: np.array(times)}, threads=1, **options)
+        np.testing.assert_array_equal(many["end_state"], [sol.states[-1] for sol in each])
+    assert separate == []
+    assert len(made) <= 6
+
+
+@pytest.mark.parametrize("simulate", [kn.simulate, by_python])
+def test_a_corner_rests_that_rebounds_less_than_others_are_moved(simulate: Any) -> None:
+    """What closes with a gap of the resolution of times is moved to zero, and the corner beside it below zero."""
+    laid = [
+        Touch(0, (0.34, -0.38), restitution=0.5),
+        Touch(0, (-0.41, -0.36), restitution=0.5),
+        Touch(1, (0.52, -0.38)),
+    ]
+    plates = (Plate(1.31, 0.37), Plate(1.04, 0.66, ((0.04, 0.38), (0.16, 0.47))))
+    own = model(plane := Plane(0.46, plates, tuple(laid), Support((0.09, 9.0), (0.07, 4.0), 0.01)), "moreau")
+    N, F, body = own.eom.system.inertial, kn.input("F"), own.eom.system.bodies[0]
+    assert isinstance(body, kn.RigidBody)
+    push = [kn.gravity(-9.81 * N.y), kn.Force(body.mass_center, F * N.x)]
+    sol = simulate(
+        kn.derive(own.eom.system.replace(loads=push)),
+        (0, 0.16),
+        q=[0.548663210417, 0.370801516224, 0.0266603483746, 0.191880317836],
+        u=[0.82, 0.28, 0, 0],
+        parameters=own.values(plane),
+        inputs={F: 10.95 * kn.sin(9.98 * kn.time) - 2.1},
+        **TIGHT,
+    )
+    assert sol.status == "finished", sol.message
+
+
+@pytest.mark.slow
+def test_rebounds_that_python_leads_are_seen_in_the_first_step() -> None:
+    """A corner rebounds for 2 µs, in a step that could be a thousand times as long."""
+    first, second = {"kinetic": 0.58, "static": 0.58, "restitution": 0.72}, {"kinetic": 0.25, "static": 0.34}
+    touches = (
+        *(Touch(0, place, **first) for place in ((0.33, -0.29), (-0.37, -0.15))),
+        *(Touch(1, place, **second, restitution=0.5) for place in ((0.45, -0.49), (-0.55, -0.25))),
+        Touch(0, (0.72, 0.0), stops="x", restitution=0.5),
+    )
+    own = model(
+        plane := Plane(-0.23, (Plate(1.57, 0.58), Plate(2.13, 0.61)), touches, Support((0.12, 3.0), (0.08, 5.0), 0.08))
+    )
+    q = [0.72, 0.219650071355, 0.19739555985, 0.203099628251, 0.371451949357, 0.235544980721]
+    u = [0.200972972973, 0.395922779923, 0.173248539458, 0.44, 0.4, 0]
+    given: dict[str, Any] = {"q": q, "u": u, "parameters": own.values(plane), **TIGHT}
+    ends = [simulate(own.eom, (0, 0.15), **given) for simulate in (kn.simulate, by_python)]
+    assert {sol.status for sol in ends} == {"finished"}, ends[1].message
+    np.testing.assert_allclose(ends[1].states[-1], ends[0].states[-1], rtol=0, atol=1e-7)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A mode that begins pulled, or held by more friction than there is, is refused; the system itself takes the right one."""
+"""A mode that begins pulled, or held by more friction than there is, is refused; the system itself takes the right one.
+
+Motions that begin late, where times are far apart from each other, are those that begin at t = 0.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +15,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane.gallery import skidding_disk
 from tests.examples import examples
 from tests.laws.test_contacts import admitted, drawn_modes, frictionless
 from tests.motion.test_contact_runner import by_python
-from tests.oracles.planar_contacts import solved
+from tests.oracles.planar_contacts import Plane, Plate, Support, Touch, solved
 from tests.peer import require
-from tests.systems.planar_contacts import planes, system
+from tests.systems.planar_contacts import model, planes, system
 
 STATIC, WEIGHT = 0.35, 9.81
 
@@ -115,3 +119,33 @@ def test_random_modes_that_cannot_be(plane: Any, data: st.DataObject) -> None:
         else:
             with pytest.raises(kn.SimulationError, match=r"with a normal force ≥ 0|with sufficient friction"):
                 kn.simulate(eom, (0, 1e-9), q=q, u=u)
+
+
+@pytest.mark.parametrize("late", [1e5, 1e7])
+@pytest.mark.parametrize("simulate", [kn.simulate, by_python])
+def test_a_slip_in_space_ends_late(simulate: Any, late: float) -> None:
+    """Times are 1e-11 s and 2e-9 s apart: the disk's slip ends straight from the speed that it loses in some of these."""
+    eom, options = kn.derive(skidding_disk.system()), {"rtol": 1e-13, "atol": 1e-13}
+    early = simulate(eom, (0, 3), **skidding_disk.START, **options)
+    sol = simulate(eom, (late, late + 3), **skidding_disk.START, **options)
+    assert sol.status == "finished", sol.message
+    assert [e.name for e, _ in sol.events] == ["ground slows", "ground sticks"]
+    np.testing.assert_allclose(sol.states[-1], early.states[-1], rtol=0, atol=40 * np.spacing(late) + 1e-9)
+
+
+@pytest.mark.parametrize("late", [1e5, 1e6, 1e7])
+@pytest.mark.parametrize("law", ["stronge", "moreau"])
+def test_a_plate_falls_on_a_shaken_floor_late(law: str, late: float) -> None:
+    """Its rebounds end, and by Moreau's law both corners hit at once and it does not turn, though sin ω t is known to ω t ε alone."""
+    corners = [Touch(0, (x, -0.3), kinetic=0.3, static=0.3, restitution=0.5) for x in (0.4, -0.4)]
+    plane = Plane(0.0, (Plate(2.0, 0.3),), tuple(corners), Support((0.0, 1.0), (0.05, 5.0), 0.3))
+    own, late = model(plane, law), round(5 * late / (2 * np.pi)) * 2 * np.pi / 5
+    given = {"q": [0, 0.8, 0], "u": [0.5, 0.1, 0], "parameters": own.values(plane)}
+    for tolerance in (1e-9, 1e-12):
+        options = {"rtol": tolerance, "atol": tolerance}
+        early = kn.simulate(own.eom, (0, 3), **given, **options)
+        sol = kn.simulate(own.eom, (late, late + 3), **given, **options)
+        assert sol.status == "finished", sol.message
+        assert len(sol.events) < 1.5 * len(early.events)
+        np.testing.assert_allclose(sol.states[-1], early.states[-1], rtol=0, atol=1e-12 * late + 1e-7)
+        assert law != "moreau" or np.abs(sol[own.coordinates[2]]).max() < 1e-20

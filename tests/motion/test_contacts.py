@@ -11,6 +11,8 @@ import kane as kn
 from kane.gallery import mass_on_belt
 from kane.gallery.contacts import bouncing_ball
 from kane.motion import at_start, stepped
+from tests.oracles.planar_contacts import Plane, Plate, Touch
+from tests.systems.planar_contacts import model
 
 G = 9.81
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
@@ -505,3 +507,27 @@ def test_actions_in_a_mode_set_values_of_their_own():
     acted, opened = (at_start(now, 0.0, x, known, rounded=share)[1] for share in (0.0, 1e-15))
     assert {n.band for n in acted.values()} == {0.0}
     assert min(n.band for n in opened.values()) > 0
+
+
+def test_an_arch_on_three_feet_stands_if_the_third_is_smooth():
+    """Friction of a foot on the second body would change all normal forces; without any these are those of statics."""
+    m, across, along = (2.0, 1.0), G * np.cos(0.1), -G * np.sin(0.1)
+
+    def stood(mu):
+        feet = (
+            *(Touch(0, (x, -0.5), kinetic=0.6, static=0.6) for x in (0.4, -0.4)),
+            Touch(1, (0.3, -0.5), kinetic=mu, static=mu),
+        )
+        own = model(arch := Plane(0.1, (Plate(m[0], 0.3), Plate(m[1], 0.2, ((0.1, 0.5), (-0.3, 0.5)))), feet))
+        return kn.simulate(own.eom, (0, 1), q=[0, 0.5, 0, 0], u=[0] * 4, parameters=own.values(arch))
+
+    sol = stood(0.0)
+    n = [float(sol[c.normal_force][-1]) for c in sol.equations.system.contacts]
+    third = m[1] * (0.3 * across - 0.5 * along) / 0.6  # moments about the pin, at (0.1, 1); the centre is at (0.4, 0.5)
+    about_second = m[0] * (0.4 * across + 0.5 * along) + m[1] * (0.8 * across + 0.5 * along) - 1.1 * third
+    first = about_second / 0.8
+    assert n == pytest.approx([first, across * sum(m) - first - third, third], rel=1e-12)
+    with pytest.raises(
+        kn.SimulationError, match="with uniquely determined forces between rigid bodies, got 'c2', 'c0', 'c1'"
+    ):
+        stood(0.6)

@@ -384,6 +384,18 @@ def test_cycles_are_the_same_in_other_units(size):
         assert abs(cycle.x[1]) == pytest.approx(0.01788284, abs=1e-7)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e6, pytest.param(1e9, marks=pytest.mark.slow)])
+def test_a_start_beside_a_section_is_refused_in_any_units(size):
+    """The angle is off by a tenth of what it varies by, however many units the slide moves; the slide, however few."""
+    eom, x = slide(size)
+    th = next(q for q in eom.coordinates if q.name == "th")
+    for quantity, beside in ((th, {"th": 2e-3}), (x, {"x": 2e-3 * size})):
+        section = kn.Event("up", quantity, direction=1)
+        start = {"x": 0.3 * size, "th": 0.02, quantity.name: 0.0} | beside
+        with pytest.raises(kn.SimulationError, match="Expected a start on the section 'up'"):
+            kn.limit_cycle(eom, q=start, u=[0.1 * size, 0.1], section=section)
+
+
 @pytest.mark.parametrize("k", [1, 2, 3, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, 4))])
 def test_motions_far_from_a_cycle_are_told(k):
     """Half a cycle later the slide goes the other way: Newton's steps go to turns as fast as you like, and steps are shortened."""
@@ -419,3 +431,18 @@ def test_multipliers_by_euler_parameters_are_those_by_angles():
         return np.sort_complex(cycle.multipliers)
 
     np.testing.assert_allclose(multipliers("euler parameters"), multipliers("angles"), rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1e-6, 1e6])
+def test_branches_of_cycles_are_the_same_in_other_units(size):
+    def followed(size):
+        eom, x = slide(size)
+        up = kn.Event("up", x, direction=1)
+        start = kn.cycles.poincare(eom, q=[0.3 * size, 0.02], u=[0.1 * size, 0], section=up, count=2).states[-1]
+        cycle = kn.cycles.limit_cycle(eom, q=start[:2], u=start[2:], section=up, atol=1e-13 * min(size, 1.0))
+        branch = cycle.follow("a", to=[2.5, 4.0])
+        (change,) = branch.changes
+        return [change.value, *(c.period for c in branch.cycles), *branch.multipliers[-1].real]
+
+    np.testing.assert_allclose(followed(size), followed(1.0), rtol=1e-6)

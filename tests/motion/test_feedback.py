@@ -218,7 +218,7 @@ def test_calls_that_are_none():
         kn.sampled(lambda t, x: 0, -0.1)
     with pytest.raises(kn.SimulationError, match=r"finite period"):
         kn.sampled(lambda t, x: 0, np.nan)
-    for period in ("a", None, np.inf, [0.1, 0.2]):
+    for period in ("a", "0.1", True, None, np.inf, [0.1, 0.2]):
         with pytest.raises(
             kn.SimulationError, match=r"finite period > 0 of a sampled controller, got .*a time in s, such as"
         ):

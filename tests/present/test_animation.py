@@ -302,6 +302,18 @@ def test_up_is_against_gravity_as_the_motion_has_it():
 
 
 @pytest.mark.parametrize(
+    ("name", "up"), [("car_with_trailer", [0, 0, 1]), ("snakeboard", [0, 0, 1]), ("four_bar", [0, 1, 0])]
+)
+def test_wheels_stand_on_the_floor(name, up):
+    """A linkage without gravity is seen as it is drawn, with y up; what rolls in this plane is seen on the floor."""
+    model = load(name)
+    eom = kn.derive(model.system().replace(loads=[]))
+    given = {"inputs": dict.fromkeys((u.name for u in eom.inputs if isinstance(u, kn.expr.Input)), 0.1)}
+    sol = kn.simulate(eom, (0, 0.1), samples=3, q=model.START["q"], u=dict.fromkeys(model.START["u"], 0.0), **given)
+    assert kn.animate(sol).model.up.tolist() == up
+
+
+@pytest.mark.parametrize(
     ("kind", "sizes", "exact"),
     [
         ("frustum", (2.0, 0.0, 3.0), np.pi * 4),

@@ -121,6 +121,25 @@ def test_the_page_runs_the_motion_to_the_same_bits(name, widths, tmp_path):
             assert said == []
 
 
+def test_labels_of_axes_are_whole(tmp_path):
+    """The kinetic energy of a car and a small deflection are numbers with exponents: their labels stand inside of the plots."""
+    N, x, y = kn.Frame("N"), kn.coordinate("x", "m"), kn.coordinate("y", "m")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x + y * N.y)
+    m, k = kn.parameter("m", 1200.0, "kg"), kn.parameter("k", 12000.0, "N/m")
+    system = kn.System(N, bodies=[kn.Particle("car", P, m)], speeds="rates", loads=[kn.Force(P, -k * x * N.x)])
+    sol = kn.simulate(kn.derive(system), (0, 2), q={x: 2e-4, y: 0}, u={"u_x": 0, "u_y": 10}, samples=101)
+    kn.report(sol.equations, tmp_path / "report.html", solution=sol)
+    with chromium(*GL) as browser:
+        page = browser.new_page(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
+        visit(page, tmp_path / "report.html")
+        until(page, "!!document.querySelector('.first').first")
+        labels = page.evaluate(
+            "[...document.querySelectorAll('.first svg text[text-anchor=end]')].map((x) => [x.textContent, x.getBBox().x])"
+        )
+    assert any("e" in text for text, _ in labels)
+    assert [text for text, left in labels if left < 0] == []
+
+
 @pytest.mark.slow
 def test_the_page_goes_from_mode_to_mode(tmp_path):
     """A mass that sticks and slips: bits, what is read in each mode, and the strip of modes are those of the motion by Python."""

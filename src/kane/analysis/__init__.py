@@ -40,11 +40,6 @@ __getattr__ = _offered(
     },
 )
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
-
-
 __all__ = [
     "assemble", "Assembled", "guess", "Guess", "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer",
     "SymbolicLinear", "SecondOrder", "Mode", "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces",

@@ -6,7 +6,7 @@ along a motion the condition numbers of W and of M̃, the mass matrix of the ind
 its entries, and M̃ by its diagonal, so that the condition numbers do not depend on units.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -263,7 +263,7 @@ def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS
     """
     expect.instance(system, (System, Equations), "a System or its Equations")
     wanted: Any = methods
-    names: Any = (wanted,) if isinstance(wanted, str) or not isinstance(wanted, Iterable) else tuple(wanted)
+    names: Any = tuple(wanted) if expect.is_list(wanted) else (wanted,)
     expect.that(names, "methods to compare", methods)
     for name in names:
         expected = f"methods among {', '.join(map(repr, METHODS))}"

@@ -36,7 +36,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import Coordinate, Time
 from kane.numeric.arrays import Array, Entries, Mask, pace
 from kane.numeric.rank import least_squares, mobility, sizes
-from kane.numeric.scale import GIVEN, POOR, ROUNDED, ROUNDED_ROOT, UNRELATED
+from kane.numeric.scale import GIVEN, POOR, ROUNDED, ROUNDED_ROOT, UNRELATED, bounded
 
 
 class Perturbations(NamedTuple):
@@ -175,7 +175,8 @@ _REMOTE = 1e-4
 class Magnitudes(NamedTuple):
     """The sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m), as the sums of their terms.
 
-    `pace` (1/s) is the rate of the fastest change, `inverse` M⁻¹ (n × n), `alone` (n) each speed if it had the whole kinetic energy.
+    `pace` (1/s) is the rate of the fastest change, `inverse` M⁻¹ (n × n), `alone` (n) each speed if it had the whole kinetic energy,
+    `alike` (nq + n) the changes of q in the time 1/`pace`, and of u, at one energy.
     """
 
     accelerations: Array
@@ -185,16 +186,19 @@ class Magnitudes(NamedTuple):
     pace: float
     inverse: Array
     alone: Array
+    alike: Array
 
 
-def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes:
-    """The sizes at a state with speeds u and the solution z = (u̇, λ, R).
+def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, state: StateArrays) -> Magnitudes:
+    """The sizes at a state with the solution z = (u̇, λ, R).
 
-    Raises SimulationError, which names the speed, if M has a negative diagonal entry.
+    Raises SimulationError, which names the speed, if M has a diagonal entry that is negative beyond rounding.
     """
-    n, nq = len(u), len(values.rates)
+    n, nq = len(eom.speeds), len(values.rates)
+    u = state.x[nq : nq + n]
     m, held = values.matrix[:n, :n], values.constraints(n)
-    if np.diag(m).min(initial=0) < -ROUNDED * np.diag(m).max(initial=0):
+    low, entries = np.flatnonzero(np.diag(m) < 0), unsolved(eom.derived).matrix
+    if any(x < -error for x, error in bounded([entries[i][i] for i in low], state.numbers(eom))):
         check_kinetic_energy(eom.speeds, m, "at this state")
     root = mobility(m, held)
     inverse, far = root @ root.T, np.linalg.norm(root, axis=1)
@@ -213,7 +217,8 @@ def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, u: Arra
     rates, spins = (
         terms(s[:, nq : nq + n], v) for s, v in ((slopes.rates, values.rates), (slopes.spins, values.spins))
     )
-    return Magnitudes(accelerations, rates, spins, terms(held, values.motion), fastest, inverse, alone)
+    alike = np.append(np.linalg.norm(slopes.rates[:, nq : nq + n] @ root, axis=1) / (fastest or 1.0), far)
+    return Magnitudes(accelerations, rates, spins, terms(held, values.motion), fastest, inverse, alone, alike)
 
 
 def share(value: Array, size: Array) -> Array:
@@ -312,7 +317,7 @@ def flow_at(
     rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
     rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
     a, b = rows[:, : len(rows)], rows[:, len(rows) :]
-    size = known.magnitudes if known else magnitudes(eom, values, slopes, z, state.x[nq : nq + n])
+    size = known.magnitudes if known else magnitudes(eom, values, slopes, z, state)
     terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
     terms = np.concatenate([terms[free_q], size.accelerations[free_u], values.state_terms])
     scale = np.append(far[free_q] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[free_u])

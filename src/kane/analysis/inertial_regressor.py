@@ -168,10 +168,7 @@ class Regressor(Attributes):
         values |= {rate(s): own[s] for s in eom.speeds if s in own}
         values |= named_values("inputs", eom.inputs, inputs)
         missing = [str(s) for s in (*eom.coordinates, *eom.speeds, *map(rate, eom.speeds)) if s not in values]
-        if missing:
-            raise SimulationError(
-                f"Expected values of all coordinates, speeds and accelerations, got none of {', '.join(missing)}."
-            )
+        expect.none(missing, "values of all coordinates, speeds and accelerations", "none of {}", error=SimulationError)
         shape = common_shape(values)
         return np.stack([np.broadcast_to(np.asarray(x, dtype=float), shape) for x in evaluate(exprs, values)], axis=-1)
 

@@ -71,7 +71,7 @@ class Linear(Attributes):
     `states` names x: perturbations of the independent coordinates (for Euler parameters three small angles `theta…` along the axes
     of the frame that they orient), then of the independent speeds, then of the states `further` from `kn.state`. `rates` is ẋ and
     `values` the outputs at the point, `mass` the mass matrix of the independent speeds, and `cyclic` the states on which no speed
-    depends.
+    depends. `scale` are changes of x that go together, in any units: at one energy, and those of coordinates in 1/pace.
     """
 
     states: tuple[str, ...]
@@ -87,6 +87,7 @@ class Linear(Attributes):
     values: Array
     mass: Array
     cyclic: tuple[str, ...]
+    scale: Array
     further: tuple[str, ...] = ()
 
     @property
@@ -138,14 +139,15 @@ class Linear(Attributes):
         gone = self._indices(self.cyclic if cyclic else states)
         keep = [i for i in range(len(self.states)) if i not in gone]
         own = [self.states[i] for i in keep]
-        self._check_untied(self.A, keep, [] if cyclic else own, gone)
-        self._check_untied(self.C, slice(None), [f"the output {name}" for name in self.outputs], gone)
+        self._check_untied(self.A * self.scale / self.scale[:, None], keep, [] if cyclic else own, gone)
+        self._check_untied(self.C * self.scale, slice(None), [f"the output {name}" for name in self.outputs], gone)
         held = [i for i in keep if i >= len(self.coordinates)]
         speeds = [i - len(self.coordinates) for i in held if self.states[i] not in self.further]
         kinds: Any = ("states", "coordinates", "cyclic", "further")
         left: dict[str, Any] = {kind: tuple(n for n in getattr(self, kind) if n in own) for kind in kinds}
         left |= {"A": self.A[np.ix_(keep, keep)], "B": self.B[keep], "C": self.C[:, keep]}
-        return replace(self, rates=self.rates[keep], mass=self.mass[np.ix_(speeds, speeds)], **left)
+        left |= {"rates": self.rates[keep], "scale": self.scale[keep]}
+        return replace(self, mass=self.mass[np.ix_(speeds, speeds)], **left)
 
     def _check_untied(self, a: Array, rows: Any, labels: Sequence[str], gone: Sequence[int]) -> None:
         tied = np.argwhere(_links(a)[rows][:, gone])
@@ -204,8 +206,9 @@ class Linear(Attributes):
         """Raise SimulationError if q̇ or q̈ depend on other coordinates, or q̈ on speeds in a way that does not follow from q̇."""
         count = len(self.coordinates)
         rest = [j for j in range(count) if j not in q]
-        rates, changes = self.A[q], h @ self.A[count:]
-        most = np.abs(h) @ np.abs(self.A[count:])
+        own = self.scale[q][:, None]
+        rates, changes = self.A[q] * self.scale / own, h @ self.A[count:] * self.scale / own
+        most, hidden = np.abs(h) @ np.abs(self.A[count:]) * self.scale / own, hidden * self.scale[count:] / own
         tied = np.vstack([_links(rates)[:, rest], _links(changes, most)[:, rest]])
         pairs = [
             *((i % len(q), self.states[rest[j]]) for i, j in np.argwhere(tied)),

@@ -142,7 +142,7 @@ class Linearizer(Attributes):
         a, b = flow.a + 0.0, flow.b + 0.0  # replaces −0 by 0
         return Linear(
             states, inputs, self.outputs.names, states[: flow.counts[0]], a, b, slopes[:, :count], slopes[:, count:],
-            point, flow.rest, piece.outputs, flow.mass, cyclic, states[flow.counts[1] :],
+            point, flow.rest, piece.outputs, flow.mass, cyclic, flow.scale, states[flow.counts[1] :],
         )  # fmt: skip
 
 

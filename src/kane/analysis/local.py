@@ -186,14 +186,14 @@ def independent_rows_of(eom: Equations, a: MatrixEntries, settings: Settings) ->
     return [rows if surely else independent_rows(eom, a.of(k)) for k, surely in enumerate(sure.tolist())]
 
 
-def _units(values: Values, n: int) -> Array:
-    """The sizes of entries of K (rows × columns) from units alone, common to each kind of unknown.
+def unit_sizes(matrix: Array, n: int, m: int) -> tuple[Array, Array]:
+    """The sizes of rows and columns of K, with n speeds and m constraints, from units alone, common to each kind of unknown.
 
     Rounding residues are recognized beside the largest entries; m r² of a satellite is 10¹⁵ times its m.
     """
-    own = 1 / np.maximum(np.linalg.norm(mobility(values.matrix[:n, :n], values.constraints(n)), axis=1), _TINY)
-    sizes = np.abs(values.matrix)
-    m = n + len(values.motion)
+    own = 1 / np.maximum(np.linalg.norm(mobility(matrix[:n, :n], matrix[n : n + m, :n]), axis=1), _TINY)
+    sizes = np.abs(matrix)
+    m += n
 
     def kind(part: Array) -> Array:
         return np.full(len(part), part.max(initial=0) or 1.0)
@@ -202,7 +202,7 @@ def _units(values: Values, n: int) -> Array:
     # without reactions in loads, reactions follow from u̇, and M_a does not matter for regularity
     auxiliary = sizes[m:, :n] / own if sizes[:n, m:].any() else sizes[m:, m:]
     rows = np.concatenate([own, kind(sizes[n:m, :n] / own), kind(auxiliary)])
-    return np.outer(rows, columns)
+    return rows, columns
 
 
 def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
@@ -224,7 +224,7 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
             "parameters are singular here."
         )
     scaled, least = (
-        balanced(matrix / _units(values, n)[keep][:, keep]),
+        balanced(matrix / np.outer(*unit_sizes(values.matrix, n, len(values.motion)))[keep][:, keep]),
         NEAR_SINGULAR if eom.solved.twin else SOLVE_RANK,
     )
     # the bound by the inverse takes a tenth of the time of singular values

@@ -6,14 +6,14 @@
 is linear in (u̇, λ, R, r): the columns of given quantities move to the right-hand side. The multipliers are always unknown.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from kane import expect
-from kane.analysis.local import at_false_pole, independent_rows_of
+from kane.analysis.local import at_false_pole, independent_rows_of, unit_sizes
 from kane.analysis.many.poses import poses
 from kane.analysis.stacks import MatrixEntries, solve_each
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, check_unit_length
@@ -188,26 +188,41 @@ class Inverse(Attributes):
             taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
             at: list[int] | slice = slice(None) if len(held) == 1 else states
             signs = np.where(np.array(taken) < size, 1.0, -1.0)
-            found = self._solution(MatrixEntries(rows[at], places[np.ix_(kept, taken)]), right[at][:, kept], signs)
+
+            def units(k: int, states: list[int] = states, kept: list[int] = kept, taken: list[int] = taken) -> Any:
+                tall, wide = unit_sizes(own.matrix[states[k]], n, m)
+                drives = (np.abs(own.drive[states[k]]) / tall[:, None]).max(axis=0)
+                return tall[kept], np.append(wide, np.where(drives > 0, drives, 1.0))[taken]
+
+            found = self._solution(
+                MatrixEntries(rows[at], places[np.ix_(kept, taken)]), right[at][:, kept], signs, units
+            )
             z[at] = found[:, : len(self.unknowns)]
         return z
 
-    def _solution(self, square: MatrixEntries, right: Array, signs: Array) -> Array:
-        """Solutions for square matrices (k × n × n) with columns times `signs`; raises SingularError if one may be singular."""
+    def _solution(
+        self, square: MatrixEntries, right: Array, signs: Array, units: Callable[[int], tuple[Array, Array]]
+    ) -> Array:
+        """Solutions for square matrices (k × n × n) with columns times `signs`; raises SingularError if one may be singular.
+
+        Those in doubt are divided by the `units` of rows and columns first.
+        """
         told = at_false_pole(self.eom)
         threshold = STATE_RANK if told else INVERSE_RANK
         sides = MatrixEntries(right, np.arange(len(signs))[:, None])
         found = solve_each(square, sides, self.eom.numeric(self.settings).settings, order=(1, 0), rounding=0.0)
         z = found.x[:, :, 0] * signs
         for k in np.flatnonzero(~(found.share > threshold)).tolist():
-            scaled = balance(square.of(k) * signs, order=(1, 0), rounding=0.0)
+            tall, wide = units(k)
+            scaled = balance(square.of(k) * signs / np.outer(tall, wide), order=(1, 0), rounding=0.0)
+            tall, wide = tall * scaled.rows[:, 0], wide * scaled.columns[0]
             values = singular(scaled.matrix)
             if values.regular(threshold):  # a matrix with entries that underflow is regular after balancing
-                z[k] = np.linalg.solve(scaled.matrix, right[k] / scaled.rows[:, 0]) / scaled.columns[0]
+                z[k] = np.linalg.solve(scaled.matrix, right[k] / tall) / wide
                 continue
             if told:
                 raise SingularError(told)
-            own = (values.right[-1] / scaled.columns[0])[: len(self.unknowns)]
+            own = (values.right[-1] / wide)[: len(self.unknowns)]
             own = own / (np.abs(own).max(initial=0) or 1.0)
             terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
             raise SingularError(
@@ -272,7 +287,7 @@ def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | Non
     given: object = unknowns
     if isinstance(given, str | Symbol):
         unknowns = (given,)
-    elif not isinstance(given, Iterable):
+    elif not expect.is_list(given):
         raise SimulationError(f"Expected unknowns as a list of symbols and names, got {cut(repr(given))}.")
     possible: tuple[Symbol, ...] = (*map(rate, eom.speeds), *eom.inputs, *eom.reactions)
     wanted: list[Symbol] = []

@@ -256,7 +256,7 @@ def _problem(
     name = symbol.name if isinstance(symbol, Symbol) else symbol
     kinds: dict[str, tuple[Symbol, ...]] = {k: getattr(eom, GROUPS[k]) for k in ("q", "u", "parameters", "inputs")}
     for kind, symbols in kinds.items():
-        if name in [s.name for s in symbols]:
+        if isinstance(name, str) and name in [s.name for s in symbols]:
             values = getattr(given, kind)
             if values is not None and not isinstance(values, Mapping):
                 raise SimulationError(f"Expected {kind}= by symbol or name where {name} changes, got a sequence.")

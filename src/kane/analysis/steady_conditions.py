@@ -17,6 +17,7 @@ from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
+from kane.units import parse
 
 _ROUNDS = 3
 """Iterations of the sizes of X and F, which depend on each other."""
@@ -109,7 +110,7 @@ class Conditions:
         """The sizes of the terms of F at X, and the scales of F and X; `ranges`: by how much entries of X are going to vary."""
         values, z, slopes, solve = self.numbers(x)
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
-        size = magnitudes(self.eom, values, slopes, z, x[nq : nq + n])
+        size = magnitudes(self.eom, values, slopes, z, self.state(x))
         plain = list(self.perturbed.coordinates)
         held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
         terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])
@@ -124,8 +125,15 @@ class Conditions:
         least[nq : nq + n] = size.alone
         for i, length in (ranges or {}).items():
             least[i] = max(least[i], length)
-        rows, columns = _steps(terms, j, least)
+        rows, columns = _steps(terms, j, least, self._alike(size.alike))
         return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
+
+    def _alike(self, changes: Array) -> Array:
+        """Changes of q and u at one energy as sizes of X, zero for the rest; no angle is larger than 1 or, without any, no entry."""
+        angles = [i for i, q in enumerate(self.eom.coordinates) if q.unit and parse(q.unit).is_bare]
+        result = np.zeros(len(self.symbols))
+        result[: len(changes)] = changes / ((changes[angles] if angles else changes).max(initial=0) or 1.0)
+        return result
 
     def numbers(self, x: Array) -> tuple[Values, Array, Slopes, Callable[[Array], Array]]:
         """The values at X, z (zero for constraints alone), their derivatives, and the function that solves for z."""
@@ -150,8 +158,21 @@ class Conditions:
         return f, (slopes.configuration, norm_slopes, slopes.motion)
 
 
-def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
-    """Scales of f and x from the sizes of `terms` of f (m) and of ∂f/∂x, `j` (m × n); `least` bounds those of x; unknown ones are 1.
+def _steps(terms: Array, j: Array, least: Array, alike: Array) -> tuple[Array, Array]:
+    """Scales of f and x from the sizes of `terms` of f (m) and of ∂f/∂x, `j` (m × n); `least` bounds those of x.
+
+    Those of x that nothing tells are `alike`, as at rest without loads, where all terms vanish, or 1 where that is zero.
+    """
+    rows, columns = _told(terms, j, least)
+    untold = columns == 0
+    rows, columns[untold] = _told(rows, j[:, untold], alike[untold])
+    columns = np.where(columns > 0, columns, 1.0)
+    rows = np.where(rows > 0, rows, (j * columns).max(axis=1, initial=0))
+    return np.where(rows > 0, rows, 1.0), columns
+
+
+def _told(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
+    """The scales that follow from the terms, 0 for others.
 
     The scale of an x is the least change that alters an f by its scale. Such changes also enlarge the scales of other f, which are
     small for straight motions or at rest, and thereby those of other x.
@@ -162,9 +183,7 @@ def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
             reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
         columns = np.maximum(np.where(np.isfinite(reach), reach, 0.0), least)
         rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
-    columns = np.where(columns > 0, columns, 1.0)
-    rows = np.where(rows > 0, rows, (j * columns).max(axis=1, initial=0))
-    return np.where(rows > 0, rows, 1.0), columns
+    return rows, columns
 
 
 def _unit(s: Symbol | None) -> str:

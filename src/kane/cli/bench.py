@@ -27,7 +27,7 @@ def bench(name: Name, as_json: AsJson = False) -> None:
     with working("Measuring"), user_code(model.path):
         derive_s, eom = _first(lambda: kn.derive(model.system))
         begin = start(model, eom, {})
-        values = {p.name: 1.0 for p in eom.parameters if p.default is None} | dict(begin.parameters)
+        values = {p.name: 1.0 for p in eom.parameters if p.default is None} | dict(begin.values["parameters"])
         compile_s, compiled = _first(lambda: eom.compile(parameters=values, cache=False, not_finite="ignore"))
         x, r = _arguments(eom, begin, model.span[0])
         many = np.tile(x, (_BATCH, 1))
@@ -53,9 +53,10 @@ def bench(name: Name, as_json: AsJson = False) -> None:
 
 def _arguments(eom: kn.Equations, begin: NamedStart, t: float) -> tuple[Any, Any]:
     """The state and the inputs at START, with arbitrary numbers for missing values."""
-    values = {**begin.q, **begin.u, **begin.states}
+    given = begin.values
+    values = {**given["q"], **given["u"], **given["states"]}
     x = np.array([float(values.get(s.name, 0.1 * k)) for k, s in enumerate(eom.state, 1)])
-    forces = inputs_at(begin.inputs, t)
+    forces = inputs_at(given["inputs"], t)
     return x, np.array([float(forces.get(s.name, 0.0)) for s in eom.inputs]) if eom.inputs else None
 
 

@@ -165,19 +165,19 @@ def check(name: Name, as_json: AsJson = False) -> None:
 
 def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dict[kn.Expr, Any]:
     """Check that start values are admissible and equations finite at the start; returns all values, if START is complete."""
-    groups = (("start value", {**begin.q, **begin.u, **begin.states}), ("value", {**begin.parameters, **begin.inputs}))
-    for what, told in groups:
+    values = begin.values
+    for kind, told in values.items():
         for name, value in told.items():
             if not callable(value):
-                finite_number(what, name, value)
+                finite_number("start value" if kind in ("q", "u", "states") else "value", name, value)
     if begin.missing:
         return {}
     t = model.span[0]
-    constants = parameter_values(eom.system, begin.parameters)
+    constants = parameter_values(eom.system, values["parameters"])
     check_masses(eom, constants)
-    state = start_state(eom, begin.q, begin.u, begin.states)
+    state = start_state(eom, values["q"], values["u"], values["states"])
     check_prescribed(eom, constants, model.span)
-    inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, model.span).items()}
+    inputs = {s: f(t) for s, f in input_functions(eom, values["inputs"], model.span).items()}
     numbers: dict[kn.Expr, Any] = {kn.time: t, **constants, **inputs}
     numbers.update(zip(eom.state, state, strict=True))
     if eom.embedding is not None and moving_pivots(eom.derived):
@@ -186,10 +186,8 @@ def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dic
     check_regular(eom, numbers, t)
     check_mass_matrix(eom, numbers, t)
     with np.errstate(all="ignore"):
-        given = {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
-        given["states"] = begin.states
-        values = _rates(eom, numbers, given)
-    bad = [n for n, v in zip(rate_names(eom.derived), values, strict=False) if not np.all(np.isfinite(v))]
+        rates = _rates(eom, numbers, {**values, "inputs": inputs, "t": t})
+    bad = [n for n, v in zip(rate_names(eom.derived), rates, strict=False) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
             f"Expected finite rates at START, got none for {', '.join(bad)}: the equations are singular there, or a load is not "
@@ -213,7 +211,7 @@ def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], given: dict[str, Any]
 
 
 def _missing(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
-    bare = [p.name for p in eom.parameters if p.default is None and p.name not in begin.parameters]
+    bare = [p.name for p in eom.parameters if p.default is None and p.name not in begin.values["parameters"]]
     if bare:
         yield f"No default for {', '.join(bare)}: every simulation needs --parameter NAME=VALUE for them."
     state = [option for option in begin.missing if not option.startswith("--parameter")]
@@ -231,7 +229,7 @@ def _degrees(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
             if abs(value) > _TURN:
                 yield in_degrees(f"The frame {f.name} is turned by {value:g} rad", value)
     for q in dict.fromkeys(s for s in kn.free_symbols(angles.values()) if isinstance(s, kn.expr.Coordinate)):
-        value = float(begin.q.get(q.name, 0.0))
+        value = float(begin.values["q"].get(q.name, 0.0))
         if abs(value) > _TURN:
             yield in_degrees(f"START has the angle {q.name} = {value:g} rad", value)
 

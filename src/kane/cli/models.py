@@ -64,6 +64,10 @@ def model_of(text: str) -> NamedModel:
     head, sign, tail = text.rpartition(":")
     if sign and tail.isidentifier() and not path.is_file():
         path, function = Path(head), tail
+    if head in GALLERY:
+        raise Misuse(
+            f"Expected :NAME after a Python file, got {text}. {head} is a system of the gallery: write it alone."
+        )
     if not path.is_file():
         raise Misuse(_unknown(str(path), path))
     if path.suffix.lower() in OF_OTHERS:
@@ -182,11 +186,9 @@ def _start(told: Any, where: str) -> dict[str, dict[str, Any]]:
     for kind, values in told.items():
         if kind not in KINDS:
             raise ModelError(f"Expected START in {where} to have keys among {', '.join(KINDS)}, got {kind!r}.")
-        if not isinstance(values, Mapping):
-            raise ModelError(
-                f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {cut(repr(values))}. Give each value "
-                "by name; the order is irrelevant."
-            )
+        expected = f"START[{kind!r}] in {where} to be a dict {{name: value}}"
+        cure = "Give each value by name; the order is irrelevant."
+        expect.that(isinstance(values, Mapping), expected, values, cure)
     return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in told.items()}
 
 
@@ -195,10 +197,8 @@ def _span(told: Any, where: str) -> tuple[float, float]:
         first, last = (float(t) for t in told)
     except (TypeError, ValueError) as error:
         raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {cut(repr(told))}.") from error
-    if not (math.isfinite(first) and math.isfinite(last) and last > first):
-        raise ModelError(
-            f"Expected SPAN in {where} to end after it begins, got {cut(repr(told))}. Swap its times, or end later."
-        )
+    ordered = math.isfinite(first) and math.isfinite(last) and last > first
+    expect.that(ordered, f"SPAN in {where} to end after it begins", told, "Swap its times, or end later.")
     return first, last
 
 

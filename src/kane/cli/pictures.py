@@ -143,8 +143,9 @@ def steady_chapters(eom: kn.Equations, begin: Any, t: float, linearization: bool
 
     Inputs have their values at the time t.
     """
-    guesses = {kind: {s: kn.guess(float(v)) for s, v in getattr(begin, kind).items()} for kind in ("q", "u", "states")}
-    given: dict[str, Any] = {**guesses, "parameters": begin.parameters, "inputs": inputs_at(begin.inputs, t)}
+    values = begin.values
+    guesses = {kind: {s: kn.guess(float(v)) for s, v in values[kind].items()} for kind in ("q", "u", "states")}
+    given: dict[str, Any] = {**guesses, "parameters": values["parameters"], "inputs": inputs_at(values["inputs"], t)}
     result: dict[str, Any] = {}
     if linearization:
         result["linearization"] = kn.linearize(eom, kn.trim(eom, **given))

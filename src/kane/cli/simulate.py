@@ -28,13 +28,9 @@ _WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input", "further s
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedStart:
-    """Values by name for `simulate`, and options for the missing ones."""
+    """Values by name for `simulate`, for each of `KINDS`, and options for the missing ones."""
 
-    q: Mapping[str, Any]
-    u: Mapping[str, Any]
-    parameters: Mapping[str, Any]
-    inputs: Mapping[str, Any]
-    states: Mapping[str, Any]
+    values: Mapping[str, Any]
     missing: tuple[str, ...]
 
 
@@ -75,7 +71,7 @@ def declared_start(model: NamedModel, eom: kn.Equations, options: Mapping[str, S
             for s in symbols
             if s.name not in values[kind] and not (kind in ("parameters", "states") and s.default is not None)
         ]
-    return NamedStart(**values, missing=tuple(missing))
+    return NamedStart(values, tuple(missing))
 
 
 def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
@@ -97,20 +93,21 @@ def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
 
 def _assembled(eom: kn.Equations, begin: NamedStart, t: float) -> NamedStart:
     """The start with guessed and missing values solved for, as far as constraints determine them."""
-    values = {p.name: p.default for p in eom.parameters} | dict(begin.parameters)
+    given = begin.values
+    values = {p.name: p.default for p in eom.parameters} | dict(given["parameters"])
     if None in values.values():
         return begin
-    inputs = inputs_at(begin.inputs, t)
-    for speeds in (begin.u, None):  # without speeds, coordinates are solved for if too few speeds are given
+    inputs = inputs_at(given["inputs"], t)
+    for speeds in (given["u"], None):  # without speeds, coordinates are solved for if too few speeds are given
         try:
-            assembled = kn.assemble(eom, q=begin.q, u=speeds, parameters=values, inputs=inputs, t=t)
+            assembled = kn.assemble(eom, q=given["q"], u=speeds, parameters=values, inputs=inputs, t=t)
         except ValueMissingError:
             continue
         q, u = ({s.name: x for s, x in part.items()} for part in (assembled.q, assembled.u))
-        free = [] if speeds is not None else [s.name for s in eom.independent_speeds if s.name not in begin.u]
+        free = [] if speeds is not None else [s.name for s in eom.independent_speeds if s.name not in given["u"]]
         rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
         missing = (*(f"{_OPTIONS['u']} {name}=…" for name in free), *rest)
-        return NamedStart(q, begin.u if free else u, begin.parameters, begin.inputs, begin.states, missing)
+        return NamedStart({**given, "q": q, "u": given["u"] if free else u}, missing)
     return begin
 
 
@@ -125,9 +122,7 @@ def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float |
     if not span[0] < span[1] < math.inf:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
     with working("Simulating"), user_code(model.path, "START"):
-        solution = kn.simulate(
-            eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs, states=begin.states
-        )
+        solution = kn.simulate(eom, span, **begin.values)
     whole: kn.Solution = check_whole(solution)
     return whole
 

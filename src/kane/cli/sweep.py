@@ -12,7 +12,7 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived
-from kane.cli.models import KINDS, AsJson, Inputs, Name, NamedModel, Parameters, Q, States, U, model_of
+from kane.cli.models import AsJson, Inputs, Name, NamedModel, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, user_code
 from kane.cli.simulate import NamedStart, check_complete, declared_start
 from kane.errors import alike, cut
@@ -99,8 +99,7 @@ def _without(begin: NamedStart, design: Mapping[str, Any], solved: tuple[str, ..
     """Values common to all instances by kind; raises Misuse for missing values, unless constraints determine them (`solved`)."""
     missing = [option for option in begin.missing if option.split()[1].removesuffix("=…") not in design]
     check_complete([option for option in missing if not option.startswith(solved)])
-    kinds = {kind: {s: v for s, v in getattr(begin, kind).items() if s not in design} for kind in KINDS}
-    return {kind: values or None for kind, values in kinds.items()}
+    return {kind: {s: v for s, v in own.items() if s not in design} or None for kind, own in begin.values.items()}
 
 
 def _summary(model: NamedModel, runs: Any, store: Path) -> dict[str, Any]:

@@ -46,7 +46,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, NamedTuple
 
-from kane import show
+from kane import expect, show
 from kane.dynamics.forcing import blocks
 from kane.dynamics.formulation.classical import holds_reactions
 from kane.dynamics.formulation.recursive import is_regular
@@ -54,7 +54,7 @@ from kane.dynamics.in_rates import InRates, LinearConstraints
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.dynamics.solved import Solved
-from kane.errors import ModelError, SingularError, cut, none_of
+from kane.errors import ModelError, SingularError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import affine_forms, gradient, jacobian, time_derivative
 from kane.expr.evaluation import Operations, count_operations
@@ -581,9 +581,7 @@ METHODS = ("kane", *OTHERS)
 
 def formulation(solved: Solved, method: str) -> Formulation:
     """The equations of what is solved by Kane's method, by the method of this name."""
-    given: object = method
-    if not isinstance(given, str) or given not in METHODS:
-        raise ModelError(f"Expected a method, one of {none_of(METHODS, method)}")
+    expect.one_of(method, METHODS, "a method,")
     if method == "kane":
         return kane(solved)
     if solved.derived.states:

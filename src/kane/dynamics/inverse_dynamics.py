@@ -22,17 +22,7 @@ from kane.kinematics.speeds import Row
 from kane.kinematics.velocity_constraints import constraint_rows
 from kane.model.bodies import deforming
 from kane.space.rotation import NOTHING, Triple, cross3, product
-from kane.tree.composite import (
-    Composite,
-    Composites,
-    add_reflected,
-    dof_count,
-    elastic_parts,
-    mass_rows,
-    mode_numbers,
-    rows_of,
-    with_more,
-)
+from kane.tree import composite
 from kane.tree.sweeps import Driven, Tree, forces, outward, rates, velocities
 from kane.tree.values import Accelerations, to_rigid
 
@@ -57,25 +47,27 @@ class TreeInverse:
 
     def forces(self) -> list[Expr]:
         """The force g of each joint speed, by number."""
-        moving, numbers = rates(self.tree), mode_numbers(self.tree)
+        moving, numbers = rates(self.tree), composite.mode_numbers(self.tree)
         at = outward(self.tree, Driven(self.tree, moving, self.lambdas), Accelerations(NOTHING, self.ground))
         wrenches = [s.net_wrench(w.w, w.square, a) for s, w, a in zip(self.tree, moving, at, strict=True)]
         on = [ZERO] * len(self.rows)
-        for i, inertia in elastic_parts(self.tree, moving).items():
+        for i, inertia in composite.elastic_parts(self.tree, moving).items():
             known = inertia.at(*at[i])
             values = {b: self.lambdas[k] for b, k in numbers.items()}
             wrenches[i] = wrenches[i].plus(inertia.wrench(at[i], values))
             for b, column in known.columns.items():
                 own = sum_of(mul(x, values[other]) for other, x in column.row.items())
                 on[numbers[b]] = add(on[numbers[b]], add(column.force, own))
-        add_reflected(self.tree, on, self.lambdas)
+        composite.add_reflected(self.tree, on, self.lambdas)
         return list(map(add, forces(self.tree, [None, *wrenches[1:]], len(on)), on))
 
     def mass(self) -> Matrix:
         """M of the joint speeds, by number."""
-        elastic = elastic_parts(self.tree, rates(self.tree))
-        bodies = with_more([s.body for s in self.tree], {i: to_rigid(inertia) for i, inertia in elastic.items()})
-        return Matrix(mass_rows(self.tree, Composites(self.tree, bodies), elastic))
+        elastic = composite.elastic_parts(self.tree, rates(self.tree))
+        bodies = composite.with_more(
+            [s.body for s in self.tree], {i: to_rigid(inertia) for i, inertia in elastic.items()}
+        )
+        return Matrix(composite.mass_rows(self.tree, composite.Composites(self.tree, bodies), elastic))
 
     def mass_of_speeds(self, derived: Derived) -> Matrix:
         """M."""
@@ -106,10 +98,10 @@ def inverse_at(
         raise Unsuited("loads that contain reactions")
     carried = carrying(derived, shared=elastic)
     tree = carried.tree(balanced=balanced).segments
-    if dof_count(tree) != len(derived.speeds):
+    if composite.dof_count(tree) != len(derived.speeds):
         raise Unsuited("speeds other than those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
-    rows = rows_of(tree)
+    rows = composite.rows_of(tree)
     lambdas = [sum_of(mul(c, changed(s, value, derived.kinematics)) for s, c in row.items()) for row in rows]
     return TreeInverse(tree, falling(derived), rows, lambdas)
 
@@ -125,7 +117,7 @@ def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> TreeInver
     if route != "composite" and all(u in derived.speeds for row in inverse.rows for u in row):
         return inverse
     solver = WAYS[route](inverse.tree, inverse.ground)
-    if isinstance(solver, Composite):
+    if isinstance(solver, composite.Composite):
         solver = replace(solver, body_by_body=True)
     found = {id(row): x for row, x in solver.free.rows}
     return replace(inverse, lambdas=[found[id(row)] for row in inverse.rows])

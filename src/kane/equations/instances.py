@@ -244,10 +244,8 @@ def _column(kind: str, s: Any, value: Any) -> Array:
 def _common_length(lengths: Mapping[tuple[Any, str], int]) -> int:
     """The number of instances."""
     none = [f"{s} ({kind})" for (s, kind), n in lengths.items() if n == 0]
-    if none:
-        raise SimulationError(
-            f"Expected at least one instance, got an array without numbers for {', '.join(none)}. Give some, or a number."
-        )
+    came, cure = "an array without numbers for {}", "Give some, or a number."
+    expect.none(none, "at least one instance", came, cure, error=SimulationError)
     several = {key: n for key, n in lengths.items() if n != 1}
     if len(set(several.values())) > 1:
         told = ", ".join(f"{n} for {s} ({kind})" for (s, kind), n in several.items())

@@ -25,9 +25,10 @@ from kane.dynamics.forcing import mass_rows
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations, derive, repartition
 from kane.errors import KaneWarning, ModelError, SimulationError
+from kane.expr.build import mul
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
-from kane.expr.regular import Sizes, size
+from kane.expr.node import ZERO, Expr, constant
+from kane.expr.regular import Sizes, largest, size
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
@@ -92,7 +93,7 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
     forcing = [*blocks.forcing, *blocks.forcing_a]
     groups = {
         "gaps": gaps,
-        "gap_terms": [size(x, memo) for x in gaps],
+        "gap_terms": [_gap_size(x, memo) for x in gaps],
         "mass": Matrix(mass_rows(d.bodies, d.all_speeds, ())),
         "forcing": forcing,
         "forcing_terms": [size(x, memo) for x in forcing],
@@ -104,6 +105,12 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
         "viscous": [eom.in_speeds(c.viscous) for c in contacts],
     }
     return Bundle("contacts", ports(eom.derived), ContactNumbers, groups)
+
+
+def _gap_size(gap: Expr, memo: Sizes) -> Expr:
+    """The size of a gap; what rounding of the time leaves of it counts once, not as that of its terms, which add up."""
+    own, late = size(gap, memo), size(gap, {}, late=True)
+    return own if late is own else largest([own, mul(constant(ROUNDED_TERMS / ROUNDED), late)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -361,7 +368,8 @@ def held_together(touch: ContactsAtState, modes: Sequence[ContactMode], directio
             found[i], ways[i] = ContactMode.ACROSS, following[0].along
             kept.append(own[int(np.argmax(np.abs(ways[i][::-1])))])  # the row across is −d₂ v₁ + d₁ v₂
         elif not found[i].carried:
-            if not _by_one_row(following, [d * leader + 1 + k for k in range(len(own))], d):
+            rubs = leader < 0 or touch.numbers.laws[i, 0] > 0
+            if rubs and not _by_one_row(following, [d * leader + 1 + k for k in range(len(own))]):
                 _check_stands(touch, i, following)
             found[i] = ContactMode.HELD
     return tuple(found), ways
@@ -392,13 +400,12 @@ def _followed(
     return result
 
 
-def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> bool:
-    """Whether slips are those of one preceding contact."""
-    for (_, shares), row in zip(following, first, strict=True):
-        slips = {place: share for place, share in shares.items() if place % d}
-        if set(slips) != {row} or abs(slips[row] - 1) > GIVEN:
-            return False
-    return True
+def _by_one_row(following: Sequence[_Follows], first: Sequence[int]) -> bool:
+    """Whether slips are those of one preceding contact, whatever gaps do: else normal forces depend on what friction each has."""
+    return all(
+        set(shares) == {row} and abs(shares[row] - 1) <= GIVEN
+        for (_, shares), row in zip(following, first, strict=True)
+    )
 
 
 def _check_stands(touch: ContactsAtState, i: int, following: Sequence[_Follows]) -> None:

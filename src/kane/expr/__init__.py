@@ -57,11 +57,6 @@ __getattr__ = _offered(
     },
 )
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
-
-
 __all__ = [
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "StateVariable",
     "Table", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "affine", "taylor", "substitute",

@@ -6,6 +6,7 @@ The affine form of e in symbols s is e = Σ c_s s + r with c_s and r free of the
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from kane import expect
 from kane.errors import ExpressionError, NotAffineError, alike, cut, warn
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, sum_of, where
 from kane.expr.matrix import Matrix
@@ -125,7 +126,7 @@ def leaves(roots: Iterable[Expr], symbols: Expr | str | Iterable[Expr | str]) ->
     ExpressionError
         if something else stands among them, or a name is that of none, or of several, of the symbols in the expressions
     """
-    wanted = (symbols,) if isinstance(symbols, str | Expr) or not isinstance(symbols, Iterable) else tuple(symbols)
+    wanted = (symbols,) if isinstance(symbols, Expr) or not expect.is_list(symbols) else tuple(symbols)
     known = tuple(s for s in wanted if isinstance(s, Symbol))
     if len(known) == len(wanted):
         return known
@@ -254,9 +255,9 @@ def affine(root: Expr, symbols: Iterable[Expr]) -> Affine:
     NotAffineError
         if `root` is not affine in `symbols`; the message shows the nonlinear subexpression
     """
-    if isinstance(symbols, Expr) or not isinstance(symbols, Iterable):
-        raise ExpressionError(f"Expected a list of symbols, got {cut(repr(symbols))}. Write [{cut(symbols)}].")
-    return affine_forms([as_expr(root)], symbols)[0]
+    cure = f"Write [{cut(symbols)}]." if isinstance(symbols, Expr) else ""
+    wanted = expect.instances(symbols, Expr, "a list of symbols", cure, error=ExpressionError)
+    return affine_forms([as_expr(root)], wanted)[0]
 
 
 def affine_forms(

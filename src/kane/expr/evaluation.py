@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import Attributes, ExpressionError, ValueMissingError, alike, cut
-from kane.expect import reals
+from kane.expect import is_list, reals
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, as_exprs, constant_value, nodes, postorder
 from kane.expr.ops import ADD, DIV, GONE, LESS, MUL, NEG, OPS, PI, REGULAR, SQRT, SUB, SYMBOL, WHERE, Op
@@ -206,7 +206,7 @@ class Walk:
     """
 
     def __init__(self, roots: Iterable[Any]) -> None:
-        if not isinstance(roots, Iterable):
+        if not is_list(roots):
             raise ExpressionError(f"Expected an expression or several to evaluate, got {cut(repr(roots))}.")
         self.roots = tuple(as_expr(r) for r in roots)
         self.order = postorder(self.roots)

@@ -16,13 +16,14 @@ import numpy as np
 
 from kane import show
 from kane.errors import Attributes, ExpressionError, SingularError, cut
+from kane.expect import is_list
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, as_exprs
 from kane.expr.ops import CONST
 
 
 def _row(row: Any) -> Iterable[Any]:
-    if type(row) is not list and type(row) is not tuple and (isinstance(row, str) or not isinstance(row, Iterable)):
+    if type(row) is not list and type(row) is not tuple and not is_list(row):
         raise ExpressionError(f"Expected rows of expressions, [[a, b], [c, d]], got {cut(repr(row))} as one of them.")
     return row
 
@@ -36,7 +37,7 @@ class Matrix(Attributes):
     shape: tuple[int, int]
 
     def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
-        if not isinstance(rows, Iterable):
+        if not is_list(rows):
             raise ExpressionError(f"Expected a matrix by its rows, [[a, b], [c, d]], got {cut(repr(rows))}.")
         entries = tuple([tuple([x if isinstance(x, Expr) else as_expr(x) for x in _row(row)]) for row in rows])
         if shape is not None and not entries:

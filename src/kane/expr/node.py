@@ -31,6 +31,7 @@ import numpy as np
 
 from kane import show
 from kane.errors import Attributes, ExpressionError, cut
+from kane.expect import is_list
 from kane.expr.numbers import Surd, times, value_of_numbers
 from kane.expr.ops import CONST, COS, OPS, PI, SIN, SYMBOL, UFUNCS, Op
 
@@ -412,7 +413,7 @@ _LISTS = frozenset((tuple, list, GeneratorType))
 
 def as_exprs(what: str, values: Any) -> tuple[Expr, ...]:
     """Several of them; an ExpressionError for what is no list, a text among that."""
-    if type(values) not in _LISTS and (isinstance(values, str | Mapping) or not isinstance(values, Iterable)):
+    if type(values) not in _LISTS and (isinstance(values, Mapping) or not is_list(values)):
         raise ExpressionError(f"Expected {what} as a list of expressions, got {cut(repr(values))}.")
     return tuple([x if isinstance(x, Expr) else as_expr(x) for x in values])
 

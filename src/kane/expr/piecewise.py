@@ -465,8 +465,8 @@ def table_of(op: Piecewise) -> Table | None:
 def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:
     expect.one_of(kind, _LEAST, "the kind of a table as", error=ExpressionError)
     try:
-        places, values = np.array(x, dtype=float), np.array(y, dtype=float)
-    except (TypeError, ValueError) as error:
+        places, values = np.array(expect.reals(x)), np.array(expect.reals(y))
+    except (TypeError, ValueError, OverflowError) as error:
         raise ExpressionError(
             f"Expected numbers as the points of a table, got {cut(repr(x))} and {cut(repr(y))}."
         ) from error

@@ -14,6 +14,7 @@ from functools import reduce
 from typing import TypeAlias
 
 from kane.expr.build import NODE_BUILDERS, div, mul
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import (
     ONE,
     ZERO,
@@ -28,7 +29,7 @@ from kane.expr.node import (
     weight,
 )
 from kane.expr.ops import ABS, ADD, CONST, COS, DIV, MAX, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import fold, imaged
 
 _MOST = 12
@@ -37,9 +38,12 @@ Sizes = dict[Expr, tuple[Expr, ...]]
 """Of each expression those whose largest absolute value is its size."""
 
 
-def size(e: Expr, memo: Sizes) -> Expr:
-    """The size of `e`; a `memo` shared between calls keeps the sizes of common subexpressions."""
-    terms = fold(e, memo, lambda node: _of_node(node, [memo[a] for a in node.args]))
+def size(e: Expr, memo: Sizes, late: bool = False) -> Expr:
+    """The size of `e`; a `memo` shared between calls keeps the sizes of common subexpressions.
+
+    If `late`, that of sin ω t is at least |ω t|, to which rounding of the time is proportional.
+    """
+    terms = fold(e, memo, lambda node: _of_node(node, [memo[a] for a in node.args], late))
     return largest(terms)
 
 
@@ -130,14 +134,14 @@ def _sign(node: Expr, parts: Sequence[_Sign]) -> _Sign:
     return 0, False
 
 
-def _of_node(node: Expr, parts: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
+def _of_node(node: Expr, parts: Sequence[tuple[Expr, ...]], late: bool) -> tuple[Expr, ...]:
     op = node.op
     if op is CONST:
         return (constant(weight(node)),)
     if op is NEG or op is REGULAR:
         return parts[0]
     if op is SIN or op is COS:
-        return (ONE,)
+        return (ONE, *parts[0]) if late and time in free_symbols(node) else (ONE,)
     if op is ADD or op is SUB:
         terms = _distinct([*parts[0], *parts[1]])
         return terms if len(terms) <= _MOST else _distinct(node.args)

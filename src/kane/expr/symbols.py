@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, cast
 
 from kane.errors import ExpressionError, UnitError, cut
+from kane.expect import is_list
 from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
 from kane.expr.ops import SYMBOL
 from kane.show import Listing
@@ -222,7 +223,7 @@ def names(text: str | Iterable[str]) -> tuple[str, ...]:
     """
     if not isinstance(text, str):
         given: Any = text
-        parts = list(given) if isinstance(given, Iterable) else [given]
+        parts = list(given) if is_list(given) else [given]
         if not parts or not all(isinstance(part, str) for part in parts):
             raise ExpressionError(f'Expected names such as "q1:6", "x, y" or ["x", "y"], got {cut(repr(text))}.')
         return tuple(name for part in parts for name in names(part))
@@ -248,7 +249,7 @@ _SEVERAL = (Parameter, Coordinate, Speed, Input)
 
 def _several(kind: type[S], text: str | Iterable[str], default: Any, unit: str, description: str) -> tuple[S, ...]:
     """Symbols that differ in name, and default, alone; what stands for a unit is read at once, as it may be meant as a name."""
-    if unit and _is_text(unit):
+    if _is_text(unit) and unit:
         try:
             import_module("kane.units.rules").parse(unit)  # units stand above expressions
         except UnitError as error:
@@ -257,7 +258,7 @@ def _several(kind: type[S], text: str | Iterable[str], default: Any, unit: str, 
                 f"{error} If {unit!r} is another name, give all names in one text, {kind.__name__.lower()}s({both!r})."
             ) from None
     listed = names(text)
-    each = isinstance(default, Iterable) and not isinstance(default, str | Expr)
+    each = is_list(default) and not isinstance(default, Expr)
     defaults = list(default) if each else [default] * len(listed)
     if len(defaults) != len(listed):
         raise ExpressionError(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The result of importers: a system, its symbols by their names in the source, and remarks on the treatment of the rest."""
+"""The result of importers: a system, its symbols by their names in the source, remarks on the rest; unique names."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -14,6 +14,7 @@ from kane.errors import Attributes
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Parameter, Speed
 from kane.model.system import System
+from kane.program.emit.identifiers import numbered, word
 
 Kind = Literal["read", "inferred", "changed", "ignored", "refused", "checked"]
 KINDS: Mapping[str, str] = MappingProxyType(
@@ -104,3 +105,19 @@ class Remarks:
     def all(self) -> tuple[Remark, ...]:
         """The remarks so far."""
         return tuple(self._said)
+
+
+class FreeNames:
+    """The names in use, and new ones derived from wanted names."""
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = set(taken)
+
+    def free(self, wanted: str) -> str:
+        """`wanted` without spaces, with a number appended if the name is in use."""
+        return numbered("".join("_" if c.isspace() else c for c in wanted) or "x", self._taken)
+
+    def identifier(self, wanted: str, kind: str) -> str:
+        """`wanted` as an identifier, with `kind` appended if it is in use."""
+        plain = word(wanted, kind)
+        return numbered(f"{plain}_{kind}" if plain in self._taken else plain, self._taken)

@@ -23,11 +23,9 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
 
     Parameters
     ----------
-    expr
-        The expression.
-    functions_of_time
-        False: every symbol becomes `sympy.Symbol(name)`, a rate the symbol "q1'". True: symbols other than parameters and time
-        become functions q1(t), and rates their derivatives, as in `sympy.physics.mechanics`.
+    expr : the expression
+    functions_of_time : with False every symbol becomes `sympy.Symbol(name)`, a rate the symbol "q1'"; with True symbols other than
+        parameters and time become functions q1(t), and rates their derivatives, as in `sympy.physics.mechanics`.
 
     Raises
     ------
@@ -159,10 +157,8 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
 
     Parameters
     ----------
-    expression
-        A SymPy expression or a number. Strings are refused, because SymPy's parser evaluates them as code.
-    symbols
-        The expression for each SymPy symbol, by the symbol or its name; q1(t) is looked up under q1. Rates, "q1'" and the
+    expression : a SymPy expression or a number. Strings are refused, because SymPy's parser evaluates them as code.
+    symbols : the expression for each SymPy symbol, by the symbol or its name; q1(t) is looked up under q1. Rates, "q1'" and the
         derivative of q1(t), follow from q1. Values at other times, q1(t − 1) or q1(0), need entries of their own.
 
     Raises

@@ -19,13 +19,13 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import Expr, as_expr, constant_value
+from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.expr.visit import remembered
 from kane.model.solids import central_inertia
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import SEED, SEEDS, default_of, draw, sample
+from kane.numeric.sampling import SEED, SEEDS, draw, in_range, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
@@ -122,7 +122,7 @@ class Particle(Immutable):
 
     def __init__(self, name: str, point: Point, mass: Any) -> None:
         m = as_expr(mass)
-        check_mass(name, m)
+        check_mass(expect.name(name, "a text as the name of a particle"), m)
         _check_center(name, point)
         for slot, value in (("name", name), ("point", point), ("mass", m)):
             object.__setattr__(self, slot, value)
@@ -162,7 +162,7 @@ class RigidBody(Immutable):
         self, name: str, *, frame: Frame, mass_center: Point, mass: Any, inertia: Dyadic | tuple[Dyadic, Point]
     ) -> None:
         m = as_expr(mass)
-        check_mass(name, m)
+        check_mass(expect.name(name, "a text as the name of a rigid body"), m)
         _check_center(name, mass_center)
         expect.instance(frame, Frame, f"a Frame for the body {name}")
         if isinstance(inertia, tuple):
@@ -217,10 +217,7 @@ def check_mass(name: str, mass: Expr) -> None:
     came = "one that depends on {}: the momentum of the mass that leaves or joins, ṁ v, would be missing"
     cure = "Model moving masses as separate bodies, and expelled mass as the force that it exerts."
     expect.none(varying, f"a constant mass of {name}", came, cure)
-    value = default_of(mass)
-    if value is not None and value < 0:
-        what = "" if constant_value(mass) is not None else f"{cut(mass)} = "
-        raise ModelError(f"Expected a mass ≥ 0 for {name}, got {what}{value:g}. Check its sign, or the default.")
+    in_range(mass, f"a mass ≥ 0 for {name}", above=False)
 
 
 def check_inertia(name: str, inertia: Dyadic) -> None:

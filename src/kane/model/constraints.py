@@ -29,7 +29,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Rate, Reaction, Speed, Time, input_of
-from kane.numeric.sampling import SEED, default_of, sample
+from kane.numeric.sampling import SEED, positive, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Parts, Vector
@@ -141,7 +141,7 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
 
 def _each(declared: Any) -> Iterator[Any]:
     """Declared items, one by one, out of nested lists."""
-    if isinstance(declared, Iterable) and not isinstance(declared, Expr | str):
+    if expect.is_list(declared) and not isinstance(declared, Expr):
         for item in declared:
             yield from _each(item)
     else:
@@ -150,8 +150,9 @@ def _each(declared: Any) -> Iterator[Any]:
 
 def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:
     """Unit vectors with the names of their constraints, which are numbered, or x, y and z for three."""
-    expect.instance(along, (Iterable, Vector), f"one unit vector or several as the direction of {name!r}")
-    vectors = [along] if isinstance(along, Vector) else list(along)
+    expected = f"one unit vector or several as the direction of {name!r}"
+    vectors = [along] if isinstance(along, Vector) else expect.items(along, expected)
+    expect.that(vectors, expected, along)
     marks = {1: [""], 3: [" x", " y", " z"]}.get(len(vectors)) or [f" {k}" for k in range(1, len(vectors) + 1)]
     return zip((name + mark for mark in marks), vectors, strict=True)
 
@@ -190,7 +191,7 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
     _points("keep together", p, q)
     apart = p.position(q)
     constraints = []
-    label = name or f"{p.name} = {q.name}"
+    label = expect.label(name) or f"{p.name} = {q.name}"
     for title, n in _directions(label, along):
         home = home_of(n, f"direction of {label!r}")
         arm = Vector() if home.parent is None else apart.cross(n)
@@ -217,9 +218,7 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
     The length may depend on parameters, inputs and time, not on coordinates.
     """
     _points("keep at a distance", p, q)
-    r, size = p.position(q), as_expr(length)
-    given = default_of(size)
-    expect.that(given is None or given > 0, f"a length of {p.name} {q.name} above zero", came=f"{given}")
+    r, size = p.position(q), positive(length, f"a length of {p.name} {q.name}")
     moving = (s for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None)
     expected = f"a length of {p.name} {q.name} in parameters, inputs and time"
     came, cure = (
@@ -235,12 +234,13 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
         )
     pull, f = r / size, (r.dot(r) / size - size) / 2
     own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (f / size + 1))
-    return Constraint(name or f"|{p.name} {q.name}|", "configuration", f, ((p, pull), (q, -pull)), (), "N", own)
+    label = expect.label(name) or f"|{p.name} {q.name}|"
+    return Constraint(label, "configuration", f, ((p, pull), (q, -pull)), (), "N", own)
 
 
 def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
     """Unit vectors, each fixed in the frame it is written in, stay perpendicular: a·b = 0; the multiplier is a torque along a × b."""
-    label = name or f"{a} ⟂ {b}"
+    label = expect.label(name) or f"{a} ⟂ {b}"
     left, right = (home_of(v, f"direction of {label!r}") for v in (a, b))
     normal = a.cross(b)
     return Constraint(label, "configuration", a.dot(b), (), ((left, normal), (right, -normal)), "N*m")
@@ -248,7 +248,7 @@ def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
 
 def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str = "") -> tuple[Constraint, Constraint]:
     """Two unit vectors stay parallel: `a` is perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
-    label = name or f"{a} ∥ {b}"
+    label = expect.label(name) or f"{a} ∥ {b}"
     expected = f"across=two unit vectors for {label!r}"
     first, second = expect.pair(across, expected)
     check_unit(b, f"direction of {label!r}")
@@ -270,7 +270,7 @@ def no_slip(p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vecto
     slip = p.velocity(inertial)
     if q is not None:
         slip = slip - q.velocity(inertial)
-    label = name or f"no slip of {p.name}"
+    label = expect.label(name) or f"no slip of {p.name}"
     constraints = []
     for title, e in _directions(label, along):
         check_unit(e, f"direction of {label!r}")
@@ -289,7 +289,7 @@ def rolling(
     configuration constraint such as `touching`, must keep the bodies in contact. Without `q` the ground is at rest.
     """
     _points("roll", p, p if q is None else q)
-    label = name or f"rolling of {p.name}"
+    label = expect.label(name) or f"rolling of {p.name}"
     check_unit(normal, f"normal of {label!r}")
     if along is None:
         frame = home_of(normal, f"normal of {label!r}")
@@ -303,14 +303,17 @@ def rolling(
     return tuple(replace(c, normal=normal) for c in no_slip(p, q, along=axes, name=label))
 
 
+_NAME = "a text as the name of a constraint"
+
+
 def configuration_constraint(name: str, f: Any) -> Constraint:
     """A named configuration constraint f(q, t) = 0. Prefer `coincident`, `distance`, …, whose forces have known points."""
-    return Constraint(name, "configuration", as_expr(f))
+    return Constraint(expect.name(name, _NAME), "configuration", as_expr(f))
 
 
 def motion_constraint(name: str, f: Any) -> Constraint:
     """A named motion constraint f(q, q̇, t) = 0, affine in q̇. Prefer `no_slip` or `rolling`, whose forces have known points."""
-    return Constraint(name, "motion", as_expr(f))
+    return Constraint(expect.name(name, _NAME), "motion", as_expr(f))
 
 
 class Cut(NamedTuple):

@@ -38,9 +38,9 @@ from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Rate, Reaction, word
 from kane.expr.visit import substituted
 from kane.model.constraints import Constraint, check_unit, configuration_constraint, motion_constraint, reaction
-from kane.model.joints.contact import Contact, not_negative
+from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
-from kane.numeric.sampling import default_of
+from kane.numeric.sampling import default_of, not_negative, positive
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
@@ -237,13 +237,13 @@ def stribeck(kinetic: Any, static: Any, speed: Any) -> Callable[[Any], Expr]:
     Armstrong-Hélouvry, B., Dupont, P., Canudas de Wit, C. (1994), A survey of models, analysis tools and compensation methods for
     the control of machines with friction, Automatica 30, 1083-1138, sec. 2.1.
     """
-    scale = as_expr(speed)
-    default = default_of(scale)
-    expect.that(default is None or default > 0, "a speed v_s > 0 of Stribeck's friction", came=f"{default}")
+    scale = positive(speed, "a speed v_s of Stribeck's friction")
+    slow, fast = as_expr(static), not_negative(kinetic, "μ_k of Stribeck's friction")
+    not_negative(sub(slow, fast), "μ_s − μ_k of Stribeck's friction", "Swap them: stribeck(kinetic, static, speed).")
 
     def mu(v: Any) -> Expr:
         share = NODE_BUILDERS["exp"](neg(mul(div(v, scale), div(v, scale))))
-        return add(mul(as_expr(static), share), mul(as_expr(kinetic), sub(ONE, share)))  # exactly μ_s at rest
+        return add(mul(slow, share), mul(fast, sub(ONE, share)))  # exactly μ_s at rest
 
     return mu
 
@@ -281,7 +281,7 @@ def _law(
     e, viscous = _coefficient(name, "restitution=", restitution), _coefficient(name, "viscous=", friction.viscous)
     check_numbers(name, *(default_of(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
     not_negative(viscous, f"viscous= of {name!r}")
-    expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
+    expect.one_of(law, LAWS, f"law= of {name!r} to be")
     smooth = kinetic is ZERO and static is ZERO and viscous is ZERO
     rows = () if smooth else tuple(c for c in slips if c.expr is not ZERO)
     if normal is None and gap is not None:
@@ -368,7 +368,7 @@ def contact(
     """
     cure = "Make one with kn.joints.point_on_plane, sphere_on_plane, …, or list what has a law already in contacts=[…] directly."
     expect.instance(at, Contact, "the geometry of a contact", cure)
-    label = name or at.name
+    label = expect.label(name) or at.name
     moves = any(isinstance(s, Coordinate | Rate) for s in free_symbols([at.height.expr]))
     if normal is None and not moves:
         apart = not free_symbols([at.height.expr]) and at.height.expr is not ZERO
@@ -577,7 +577,7 @@ def stiction(
     expect.that(
         kind in ("pin", "slider"), "stiction in a pin or slider joint", joint, "Use kn.joints.clutch for two frames."
     )
-    label = name or f"stiction in {joint.name}"
+    label = expect.label(name) or f"stiction in {joint.name}"
     if kind == "pin":
         return clutch(label, joint.frame, joint.parent, joint.axis, size, static=static, viscous=viscous, normal=normal)
     rate = joint.velocity.dot(joint.axis)

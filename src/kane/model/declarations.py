@@ -117,7 +117,7 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
     """Symbols given as such, by name, or by several names in one text; items that are not names in `own` are returned unchanged."""
     known = {s.name: s for s in own}
     items = names(items) if isinstance(items, str) else [items] if isinstance(items, Symbol) else items
-    if not isinstance(items, Iterable):
+    if not expect.is_list(items):
         raise ModelError(f"Expected a list of {', '.join(known)} by symbol or name, got {cut(repr(items))}.")
     return Symbols(known.get(x, x) if isinstance(x, str) else x for x in items)
 

@@ -28,6 +28,7 @@ from kane.model.joints.gears import length_along
 from kane.model.loads import Load
 from kane.model.mass import parts_listed
 from kane.numeric.polynomials import gauss
+from kane.numeric.sampling import not_negative, positive
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -47,7 +48,7 @@ def gravitation(one: Body, other: Body, constant: Any, name: str = "") -> Load:
         opposite forces at the mass centres and a torque on each rigid body, with their potential energy
     """
     (a,), (b,) = (_single(x) for x in (one, other))
-    g, r = as_expr(constant), b.mass_center.position(a.mass_center).gathered()
+    g, r = not_negative(constant, "a constant of gravitation"), b.mass_center.position(a.mass_center).gathered()
     if r.is_zero:
         raise ModelError(f"Expected two bodies apart from each other, got {a.name} and {b.name} at the same point.")
     square = r.dot(r)
@@ -66,7 +67,7 @@ def gravitation(one: Body, other: Body, constant: Any, name: str = "") -> Load:
         force = force - (r * far + seen * 2) * (3 * strength / (2 * square))
         torques.append((part.frame, r.cross(seen) * (3 * strength / square)))
     pulls = ((b.mass_center, force), (a.mass_center, -force))
-    label = name or f"gravitation of {a.name} and {b.name}"
+    label = expect.label(name) or f"gravitation of {a.name} and {b.name}"
     return Load(label, pulls, tuple(torques), potential if is_constant_in_time([g]) else None)
 
 
@@ -83,8 +84,10 @@ def gravity_moment(body: Body, direction: Vector, strength: Any, name: str = "")
     (part,) = _single(body)
     if part.inertia is None or part.frame is None:
         raise ModelError(f"Expected an extended body for a gravity moment, got {part.name}, a particle: it has none.")
-    torque = direction.cross(part.inertia.dot(direction)) * (3 * as_expr(strength))
-    return Load(name or f"gravity moment on {part.name}", torques=((part.frame, torque),))
+    torque = direction.cross(part.inertia.dot(direction)) * (
+        3 * not_negative(strength, "a strength k = G m/R³ of the gravity moment")
+    )
+    return Load(expect.label(name) or f"gravity moment on {part.name}", torques=((part.frame, torque),))
 
 
 def buoyancy(point: Point, density: Any, volume: Any, acceleration: Vector, name: str = "") -> Load:
@@ -98,21 +101,25 @@ def buoyancy(point: Point, density: Any, volume: Any, acceleration: Vector, name
     """
     _check_point(point, "centre of buoyancy")
     expect.instance(acceleration, Vector, "the acceleration of free fall as a Vector", "Give it a direction: -g*N.z.")
-    lift = acceleration * (-(as_expr(density) * as_expr(volume)))
+    lift = acceleration * (
+        -(not_negative(density, "a density of the fluid") * not_negative(volume, "a volume displaced"))
+    )
     root = point.root()
     steady = is_constant_in_time(lift.components(root.frame))
     potential = -lift.dot(point.position(root)) if steady else None
-    return Load(name or f"buoyancy at {point.name}", ((point, lift),), potential=potential)
+    return Load(expect.label(name) or f"buoyancy at {point.name}", ((point, lift),), potential=potential)
 
 
 def linear_drag(point: Point, coefficient: Any, medium: Vector | None = None, name: str = "") -> Load:
     """Linear drag −c v on a point; v is its velocity relative to a medium at rest, or with the velocity `medium`."""
-    return _drag(point, medium, name, lambda v: v * -as_expr(coefficient))
+    return _drag(point, medium, name, lambda v: v * -not_negative(coefficient, "a coefficient of drag"))
 
 
 def quadratic_drag(point: Point, coefficient: Any, medium: Vector | None = None, name: str = "") -> Load:
     """Quadratic drag −c |v| v on a point, c = ρ c_d A/2; v is relative to a medium at rest, or with the velocity `medium`."""
-    return _drag(point, medium, name, lambda v: v * (-as_expr(coefficient) * v.magnitude()))
+    return _drag(
+        point, medium, name, lambda v: v * (-not_negative(coefficient, "a coefficient of drag") * v.magnitude())
+    )
 
 
 def _drag(point: Point, medium: Vector | None, name: str, law: Any) -> Load:
@@ -120,7 +127,7 @@ def _drag(point: Point, medium: Vector | None, name: str, law: Any) -> Load:
     v = point.velocity(point.root().frame)
     if medium is not None:
         v = v - expect.instance(medium, Vector, "the velocity of the medium as a Vector", "Give it a direction: w*N.x.")
-    return Load(name or f"drag at {point.name}", ((point, law(v)),))
+    return Load(expect.label(name) or f"drag at {point.name}", ((point, law(v)),))
 
 
 def _single(body: Any) -> list[Part]:
@@ -166,8 +173,10 @@ def line_load(
     for k, (s, w) in enumerate(_gauss(degree), 1):
         expected = "a force per length as a Vector, or a function of such values"
         force = expect.instance(density(s) if callable(density) else density, Vector, expected, "Write w*N.y.")
-        forces.append((start.fixed_in(frame, f"{name or start.name}.{k}", along * s), force * (length * w)))
-    return Load(name or f"line load from {start.name}", tuple(forces))
+        forces.append(
+            (start.fixed_in(frame, f"{expect.label(name) or start.name}.{k}", along * s), force * (length * w))
+        )
+    return Load(expect.label(name) or f"line load from {start.name}", tuple(forces))
 
 
 def pressure_on_rectangle(
@@ -189,9 +198,9 @@ def pressure_on_rectangle(
     for i, (s, w) in enumerate(_gauss(degree), 1):
         for k, (t, h) in enumerate(_gauss(degree), 1):
             p = as_expr(pressure(s, t) if callable(pressure) else pressure)
-            place = corner.fixed_in(frame, f"{name or corner.name}.{i}.{k}", a * s + b * t)
+            place = corner.fixed_in(frame, f"{expect.label(name) or corner.name}.{i}.{k}", a * s + b * t)
             forces.append((place, normal * (-p * (w * h))))
-    return Load(name or f"pressure at {corner.name}", tuple(forces))
+    return Load(expect.label(name) or f"pressure at {corner.name}", tuple(forces))
 
 
 def pressure_on_disk(
@@ -220,7 +229,7 @@ def pressure_on_disk(
     x = across if across is not None else _across(frame, normal)
     check_unit(x, "direction across the normal")
     expect.that(is_unit(normal.cross(x)), f"across= in the disk across its normal {normal}", x)
-    y, r = normal.cross(x), as_expr(radius)
+    y, r = normal.cross(x), positive(radius, "the radius of the disk under pressure")
     # ∫ f ρ dρ over the radius; equidistant angles are exact for trigonometric polynomials of lower degree
     rule, turns = [(constant(x), constant(w * x)) for x, w in zip(*gauss(_points(degree) + 1), strict=True)], degree + 2
     forces = []
@@ -229,9 +238,9 @@ def pressure_on_disk(
             angle = 2 * math.pi * (k + 0.5) / turns
             u, v = (r * share * f(constant(angle)) for f in (cos, sin))
             p = as_expr(pressure(u, v) if callable(pressure) else pressure)
-            place = center.fixed_in(frame, f"{name or center.name}.{i}.{k + 1}", x * u + y * v)
+            place = center.fixed_in(frame, f"{expect.label(name) or center.name}.{i}.{k + 1}", x * u + y * v)
             forces.append((place, normal * (-p * r * r * (weight * constant(2 * math.pi / turns)))))
-    return Load(name or f"pressure at {center.name}", tuple(forces))
+    return Load(expect.label(name) or f"pressure at {center.name}", tuple(forces))
 
 
 def _gauss(degree: int) -> Rule:

@@ -6,7 +6,7 @@
 Kane & Levinson 1985, sec. 4.1 to 4.3. No equations of motion are needed.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -171,7 +171,7 @@ def _listed(item: Any) -> Iterator[Any]:
         isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], Point) and isinstance(item[1], Vector)
     ):
         yield item
-    elif isinstance(item, Iterable) and not isinstance(item, str):
+    elif expect.is_list(item):
         for x in item:
             yield from _listed(x)
     else:

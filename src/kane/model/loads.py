@@ -16,10 +16,12 @@ from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import check_unit
+from kane.numeric.sampling import not_negative
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _MOVING = Rate | QuasiRate | Speed | Reaction
+_SIGN = "Check its sign, or the default; write what pushes away or feeds energy as a kn.loads.action_reaction or torque_pair."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,13 +29,14 @@ class Slip(Immutable):
     """The slip of a friction load: its `speed`, the `threshold` below which sliding ends, and the reactions that must be compressive.
 
     The speed is None if the load is also valid at rest; the threshold is None if it is a fraction of the largest slip. Below it the
-    contact `rolls` if another particle of the body is in contact at every instant, and sticks otherwise.
+    contact `rolls` if another particle of the body is in contact at every instant, and sticks otherwise. `size` is μ or the magnitude.
     """
 
     speed: Expr | None
     threshold: float | None = None
     presses: tuple[Reaction, ...] = ()
     rolls: bool = False
+    size: Expr = ZERO
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +55,7 @@ class Load(Immutable):
     scalar: Expr | None = None
 
     def __post_init__(self) -> None:
+        expect.instance(self.name, str, "a text as the name of a load")
         if self.potential is not None:  # the potential of a spring between points at rest is a number
             object.__setattr__(self, "potential", as_expr(self.potential))
 
@@ -124,7 +128,7 @@ def _bound(name: str, what: str, vector: Any, *places: Any) -> Load:
     cure = "Write it along axes of a frame: x*B.x + y*B.y + z*B.z."
     expect.instance(vector, Vector, f"a {what} as a Vector", cure)
     pairs, label = tuple(zip(places, (vector, -vector), strict=False)), " and ".join(x.name for x in places)
-    label = name or f"{what} {'between' if len(places) > 1 else 'on'} {label}"
+    label = expect.label(name) or f"{what} {'between' if len(places) > 1 else 'on'} {label}"
     return Load(label, forces=pairs) if kind is Point else Load(label, torques=pairs)
 
 
@@ -171,7 +175,7 @@ def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
     """Uniform gravity on every body of the system: `gravity(-g*N.z)` for the acceleration g of free fall along −N.z."""
     cure = "Give it a direction, downwards: -g*N.z where N.z points up."
     expect.instance(acceleration, Vector, "the acceleration of free fall as a Vector", cure)
-    return Gravity(acceleration, name)
+    return Gravity(acceleration, expect.name(name, "a text as the name of gravity"))
 
 
 def action_reaction(on: Point, from_: Point, force: Vector, name: str = "") -> Load:
@@ -189,8 +193,8 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
 
     If the stiffness or free length depends on time, inputs or coordinates, the load has no potential, and its work counts as power.
     """
-    _between("spring", a, b, Point)
-    r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)
+    k = not_negative(stiffness, f"a stiffness of the {_between('spring', a, b, Point)}", _SIGN)
+    r, free = a.position(b), as_expr(free_length)
     _check_apart("spring", a, b, r)
     if free is ZERO:
         pull, potential = r * -k, k * r.dot(r) / 2
@@ -214,7 +218,7 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     root, r = a.root().frame, r.gathered()
     # r·ṙ = |r| d|r|/dt has no root, and |r| cancels if r has a constant direction
     speed = (a.velocity(root) - b.velocity(root)).dot(r)
-    pull = r * (-as_expr(damping) * (speed / r.dot(r)))
+    pull = r * (-not_negative(damping, "a damping coefficient", _SIGN) * (speed / r.dot(r)))
     return action_reaction(a, b, pull, name or f"damper between {a.name} and {b.name}")
 
 
@@ -226,7 +230,7 @@ def torsional_spring(
     `angle` (rad) is the rotation of `on` relative to `from_` about the unit vector `axis`, `rest` its value without torque.
     """
     check_unit(axis, _between("axis of the torsional spring", on, from_, Frame))
-    k, stretch = as_expr(stiffness), as_expr(angle) - as_expr(rest)
+    k, stretch = not_negative(stiffness, "a stiffness", _SIGN), as_expr(angle) - as_expr(rest)
     torque = axis * (-k * stretch)
     spring = torque_pair(on, from_, torque, name or f"torsional spring between {on.name} and {from_.name}")
     return replace(spring, potential=k * stretch**2 / 2) if is_constant_in_time((k, as_expr(rest))) else spring
@@ -235,5 +239,5 @@ def torsional_spring(
 def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: str = "") -> Load:
     """Torsional damper: a torque c times the relative angular speed of two frames about the unit vector `axis`, opposing it."""
     check_unit(axis, _between("axis of the torsional damper", on, from_, Frame))
-    torque = axis * (-as_expr(damping) * on.angular_velocity(from_).dot(axis))
+    torque = axis * (-not_negative(damping, "a damping coefficient", _SIGN) * on.angular_velocity(from_).dot(axis))
     return torque_pair(on, from_, torque, name or f"torsional damper between {on.name} and {from_.name}")

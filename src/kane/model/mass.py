@@ -161,7 +161,7 @@ def parts_listed(bodies: Any) -> list[Part]:
 def _bodies(item: Any) -> Iterator[Body]:
     if isinstance(item, Body):
         yield item
-    elif isinstance(item, Iterable) and not isinstance(item, str):
+    elif expect.is_list(item):
         for x in item:
             yield from _bodies(x)
     elif isinstance(getattr(item, "bodies", None), tuple):

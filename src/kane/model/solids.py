@@ -4,14 +4,15 @@
 The moments of each solid are a row of a table. For solids without an obvious mass centre, `inertia.shape.centroid` is its position.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from kane import expect
 from kane.errors import ModelError
-from kane.expr.build import add, cos, div, mul, sin, sub
+from kane.expr.build import add, cos, div, mul, sin, sub, sum_of
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, pi
-from kane.model.constraints import check_unit, is_unit
+from kane.model.constraints import check_unit, is_unit, length
+from kane.numeric.sampling import SIGN, not_negative, positive
 from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
@@ -34,10 +35,10 @@ def unit_dyadic(frame: Basis) -> Dyadic:
     return Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
 
 
-def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
+def axial(frame: Frame, about: Any, across: Any, axis: Vector | None) -> Dyadic:
     """Inertia of a body of revolution, with moments `about` and `across` its axis, which must be an axis of the frame."""
     check_frame(frame)
-    expect.instance(axis, Vector, "an axis of the body as a unit vector, such as B.x")
+    axis = expect.instance(axis, Vector, "an axis of the body as a unit vector, such as B.x")
     direction = axis.components(frame)
     for i in range(3):
         if all(x is (ONE if k == i else ZERO) for k, x in enumerate(direction)):
@@ -98,6 +99,42 @@ def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
     return central + unit_dyadic(frames[0]) * (m * offset.dot(offset)) - offset.outer(offset) * m
 
 
+class Limit(NamedTuple):
+    """A quantity of a solid, named `what`, that is not negative, or above zero."""
+
+    value: Expr
+    above: bool
+    what: str
+    cure: str = SIGN
+
+
+def limits(kind: str, sizes: Mapping[str, Expr]) -> Iterator[Limit]:
+    """What the dimensions of a solid must satisfy; one of zero makes its flat or thin limit, but not all may be zero."""
+    for name, x in sizes.items():
+        yield Limit(x, name == "half_angle", f"the {name.replace('_', ' ')} of the {kind}")
+    wide = [x for name, x in sizes.items() if name != _NO_EXTENT.get(kind)]
+    if wide:
+        yield Limit(sum_of(wide), True, f"the size of the {kind}", "Give it an extent.")
+    if kind == "torus":
+        rest = sub(sizes["radius"], sizes["tube"])
+        yield Limit(rest, False, "the radius of the torus less that of its tube", "Its tube would overlap itself.")
+    if "half_angle" in sizes:
+        yield Limit(sub(pi, sizes["half_angle"]), False, f"π less the half angle of the {kind}", "Give it in rad.")
+
+
+_NO_EXTENT = {"frustum": "height", "circular sector": "half_angle", "circular arc": "half_angle"}
+"""Dimensions that alone do not make the moments defined, by kinds of solids."""
+
+
+def _sizes(kind: str, mass: Any, **sizes: Any) -> tuple[Expr, dict[str, Expr]]:
+    """The mass of a solid and its dimensions; raises ModelError for those that no solid has, at default parameters."""
+    m = not_negative(mass, f"a mass of the {kind}", "For a hole, use kn.solids.composite(…, without=[…]).")
+    lengths = {name: as_expr(x) for name, x in sizes.items()}
+    for value, above, what, cure in limits(kind, lengths):
+        (positive if above else not_negative)(value, what, cure)
+    return m, lengths
+
+
 # Bodies of revolution -----------------------------------------------------------------------------------------------
 
 
@@ -128,9 +165,9 @@ _REVOLVED: dict[str, Callable[..., tuple[Any, ...]]] = {
 
 def _revolved(kind: str, frame: Frame, mass: Any, axis: Vector | None, **sizes: Any) -> Inertia:
     """The inertia of a body of revolution; a sphere has no axis."""
-    dimensions = {name: as_expr(size) for name, size in sizes.items()}
-    about, across, *rise = _REVOLVED[kind](as_expr(mass), *dimensions.values())
-    if axis is None:
+    m, dimensions = _sizes(kind, mass, **sizes)
+    about, across, *rise = _REVOLVED[kind](m, *dimensions.values())
+    if axis is None and about is across:
         return Inertia(inertia(frame, about, about, about), Shape(kind, dimensions, None, frame))
     dyadic = axial(frame, about, across, axis)
     return Inertia(dyadic, Shape(kind, dimensions, axis, frame, axis * rise[0] if rise else Vector()))
@@ -204,9 +241,10 @@ def hemisphere(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Inertia:
 # Along the axes of the frame -----------------------------------------------------------------------------------------
 
 
-def _cuboid(kind: str, frame: Frame, share: Expr, **sizes: Any) -> Inertia:
-    """Inertia with moments m k (b² + c²), …, where `share` = m k."""
-    lengths = {name: as_expr(size) for name, size in sizes.items()}
+def _cuboid(kind: str, frame: Frame, mass: Any, divisor: int, **sizes: Any) -> Inertia:
+    """Inertia with moments m (b² + c²)/d, …, where `divisor` is d."""
+    m, lengths = _sizes(kind, mass, **sizes)
+    share = m / divisor
     a2, b2, c2 = (x * x for x in lengths.values())
     dyadic = inertia(frame, share * (b2 + c2), share * (c2 + a2), share * (a2 + b2))
     return Inertia(dyadic, Shape(kind, lengths, None, frame))
@@ -214,19 +252,20 @@ def _cuboid(kind: str, frame: Frame, share: Expr, **sizes: Any) -> Inertia:
 
 def box(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Dyadic:
     """Uniform box with edges a, b, c along x, y, z: m (b² + c²)/12, …."""
-    return _cuboid("box", frame, as_expr(mass) / 12, a=a, b=b, c=c)
+    return _cuboid("box", frame, mass, 12, a=a, b=b, c=c)
 
 
 def ellipsoid(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Inertia:
     """Uniform ellipsoid with semi-axes a, b, c along x, y, z: m (b² + c²)/5, …."""
-    return _cuboid("ellipsoid", frame, as_expr(mass) / 5, a=a, b=b, c=c)
+    return _cuboid("ellipsoid", frame, mass, 5, a=a, b=b, c=c)
 
 
 def rectangular_plate(frame: Frame, mass: Any, a: Any, b: Any) -> Inertia:
     """Thin uniform plate with edges a, b along x, y: m b²/12, m a²/12, m (a² + b²)/12."""
-    m, a, b = as_expr(mass) / 12, as_expr(a), as_expr(b)
+    m, edges = _sizes("rectangular plate", mass, a=a, b=b)
+    m, a, b = m / 12, *edges.values()
     dyadic = inertia(frame, m * b * b, m * a * a, m * (a * a + b * b))
-    return Inertia(dyadic, Shape("rectangular plate", {"a": a, "b": b}, None, frame))
+    return Inertia(dyadic, Shape("rectangular plate", edges, None, frame))
 
 
 def right_triangle(frame: Frame, mass: Any, a: Any, b: Any) -> Inertia:
@@ -234,10 +273,11 @@ def right_triangle(frame: Frame, mass: Any, a: Any, b: Any) -> Inertia:
 
     The mass centre is a/3, b/3 from the right angle.
     """
-    m, a, b = as_expr(mass), as_expr(a), as_expr(b)
+    m, legs = _sizes("right triangle", mass, a=a, b=b)
+    a, b = legs.values()
     x, y, _ = axes(frame)
     dyadic = inertia(frame, m * b * b / 18, m * a * a / 18, m * (a * a + b * b) / 18, Ixy=m * a * b / 36)
-    return Inertia(dyadic, Shape("right triangle", {"a": a, "b": b}, None, frame, x * (a / 3) + y * (b / 3)))
+    return Inertia(dyadic, Shape("right triangle", legs, None, frame, x * (a / 3) + y * (b / 3)))
 
 
 def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
@@ -249,7 +289,9 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
     for v in (p, q):
         cure = "Give them directions: a*B.x, b*B.y."
         expect.instance(v, Vector, "the other corners of a triangle as two Vectors from the first", cure)
-    third = as_expr(mass) / 12
+    third = _sizes("triangular plate", mass)[0] / 12
+    corner = length(p.cross(q)) > ROUNDED_CHAIN * length(p) * length(q)
+    expect.that(corner, "two edges of a triangle in different directions", came=f"{p} and {q}")
     center = (p + q) / 3
     corners = (parallel_axis(Dyadic(), third, (v - center).express(frame)) for v in (Vector(), p, q))
     total = sum(corners, start=Dyadic())
@@ -264,11 +306,12 @@ def half_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vecto
 
     The mass centre is 4 R/(3 π) from the middle of the flat side.
     """
-    m, r, h = as_expr(mass), as_expr(radius), as_expr(height)
+    m, sizes = _sizes("half cylinder", mass, radius=radius, height=height)
+    r, h = sizes.values()
     shift = 4 * r / (3 * pi)
     plain, off = m * (3 * r * r + h * h) / 12, m * shift * shift
     dyadic = _along(frame, axis, towards, (m * r * r / 2 - off, plain, plain - off))
-    return Inertia(dyadic, Shape("half cylinder", {"radius": r, "height": h}, axis, frame, towards * shift))
+    return Inertia(dyadic, Shape("half cylinder", sizes, axis, frame, towards * shift))
 
 
 def circular_sector(frame: Frame, mass: Any, radius: Any, half_angle: Any, normal: Vector, towards: Vector) -> Inertia:
@@ -289,7 +332,8 @@ def circular_arc(frame: Frame, mass: Any, radius: Any, half_angle: Any, normal: 
 
 def _round(kind: str, frame: Frame, mass: Any, radius: Any, half: Any, normal: Vector, towards: Vector) -> Inertia:
     """Sector or arc: ∫ x² and ∫ y² about the centre are ½ ∫ r² (1 ± sin 2α/(2α))."""
-    m, r, alpha = as_expr(mass), as_expr(radius), as_expr(half)
+    m, sizes = _sizes(kind, mass, radius=radius, half_angle=half)
+    r, alpha = sizes.values()
     polar, shift = m * r * r, div(mul(r, sin(alpha)), alpha)
     if kind == "circular sector":
         polar, shift = polar / 2, 2 * shift / 3
@@ -297,7 +341,7 @@ def _round(kind: str, frame: Frame, mass: Any, radius: Any, half: Any, normal: V
     along, across = polar / 2 * add(ONE, lean), polar / 2 * sub(ONE, lean)
     off = m * shift * shift
     dyadic = _along(frame, normal, towards, (polar - off, across, along - off))
-    return Inertia(dyadic, Shape(kind, {"radius": r, "half_angle": alpha}, normal, frame, towards * shift))
+    return Inertia(dyadic, Shape(kind, sizes, normal, frame, towards * shift))
 
 
 def _along(frame: Frame, axis: Vector, towards: Vector, moments: Sequence[Expr]) -> Dyadic:

@@ -154,7 +154,8 @@ def check_dependent(
 ) -> None:
     """Raise ModelError unless dependent coordinates or speeds are the system's, each once, and at most as many as constraints."""
     names, most = ", ".join(map(str, dependent)), sum(c.kind in kinds for c in constraints)
-    if not set(dependent) <= set(known) or len(set(dependent)) < len(dependent):
+    symbols = all(isinstance(s, Symbol) for s in dependent)
+    if not symbols or not set(dependent) <= set(known) or len(set(dependent)) < len(dependent):
         raise ModelError(f"Expected dependent_{what}= to list {what} of the system, each once, got {names}.")
     came, cure = f"{len(dependent)} in dependent_{what}=: {names}", "Leave it out to have them chosen."
     expect.that(len(dependent) <= most, f"at most {most} dependent {what}, one a constraint", came=came, cure=cure)

@@ -17,16 +17,24 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.model.beams.beam import Beam
-from kane.motion.contact_runner import ContactRunner, ModeKernel, ModeRows, runner, same_in_all, stops_of
+from kane.motion.contact_runner import (
+    ContactRunner,
+    ModeKernel,
+    ModeRows,
+    room_for,
+    runner,
+    same_in_all,
+    stops_of,
+    timed_laws,
+)
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Record
 from kane.motion.hybrid.contact_tables import numbers_of
-from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
-from kane.motion.inputs.functions import constant
+from kane.motion.inputs.expressions import Formula, gains_of
 from kane.motion.loop import admitted_start
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import switches, timed
-from kane.motion.runner import check_values, judged
+from kane.motion.runner import Judge, check_values
 from kane.motion.solution.checks import surely_keeps
 from kane.motion.solution.phases import Indices, Phase, leaps
 from kane.motion.solution.resumed import Begin
@@ -95,14 +103,11 @@ class ContactBatch:
         self.settings: Settings | None = options["settings"]
         inside = times[(times > span[0]) & (times < span[1])]
         self.t = np.concatenate([span[:1], inside, span[1:]])
-        self.routine = eom.numeric(self.settings).routine(judged).flat
-        self.functions = [drives[s] for s in eom.inputs]
-        self.parameters = (*eom.parameters, *gains_of(self.functions))
-        varied = [f.expr for f in self.functions if isinstance(f, Formula) and f.values]
-        self.timed = time in free_symbols(varied) or any(eom.numeric().value(timed))
+        self.judge = Judge(eom, self.settings, [drives[s] for s in eom.inputs])
+        self.parameters = self.judge.parameters
+        varied = [f.expr for f in self.judge.drives if isinstance(f, Formula) and f.values]
+        self.timed = time in free_symbols(varied) or any(any(eom.numeric().value(f)) for f in (timed, timed_laws))
         self.held = is_constrained(eom)
-        self.vary = any(constant(f) is None for f in self.functions)
-        self.r = np.array([*(constant(f) or 0.0 for f in self.functions), 0.0], dtype=float)
 
     def single(self) -> "ContactCalls":
         """The object that runs one motion at a time."""
@@ -119,8 +124,13 @@ class ContactBatch:
         return {**phase.parameters}, {**phase.inputs}
 
     def _goes_on(self, own: ContactRunner, p: Array) -> bool:
-        """Whether a runner can run a motion with other parameters: the same breakpoints."""
-        return not self.timed or stops_of(self.eom, self.method, self.span, self.given(p)) == own.breakpoints
+        """Sets a runner's breakpoints for a motion with other parameters; False if it has no room for them."""
+        if self.timed:
+            breakpoints = stops_of(self.eom, self.method, self.span, self.given(p))
+            if room_for(breakpoints) != own.stops["breakpoints"]:
+                return False
+            own.stop_at(breakpoints)
+        return True
 
     def run(
         self,
@@ -179,7 +189,7 @@ class ContactBatch:
 
     def judged(self, led: Led, p: Array) -> Mask:
         """Whether equations are certainly regular at the start, and the energy balance, except for impacts, holds (motions)."""
-        found = self.read(led.t, led.states, p[led.which][led.motion])
+        found = self.judge(led.t, led.states, p[led.which][led.motion])
         result = np.zeros(len(led.which), dtype=bool)
         for k, (begin, end) in enumerate(led.spans(np.arange(len(led.which)))):
             at = slice(begin, end)
@@ -187,32 +197,15 @@ class ContactBatch:
             result[k] = kept and found[begin, 2] > SURELY_REGULAR
         return result
 
-    def read(self, t: Array, states: Array, p: Array) -> Array:
-        """K, E and the least pivot (rows × 3) at times t and y, with one row of parameters for each or for all."""
-        rows, y = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(states)
-        found, r = np.zeros((len(t), 3)), self.r
-        if self.vary:
-            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) != 1 else p[0], strict=True))
-            functions = [with_value(f, known) for f in self.functions]
-            r = np.column_stack([values(functions, t, y[:, :-1]), np.zeros(len(t))])
-        places = (
-            (t.copy(), 1),
-            (y, y.shape[1]),
-            (rows, rows.shape[1] if len(p) > 1 else 0),
-            (r, len(self.r) * self.vary),
-        )
-        self.routine.on_rows(*places, out=found)()
-        return found
-
     def motion(self, own: ContactRunner, p: Array) -> tuple[Solution | None, bool]:
         """The motion that a runner has led, and whether its energy balance certainly holds; None if equations may be singular."""
         motion = own.motion()
-        found = self.read(motion.t, np.column_stack([motion.states, motion.work]), p[None])
+        found = self.judge(motion.t, np.column_stack([motion.states, motion.work]), p[None])
         regular = found[0, 2] > SURELY_REGULAR
         return motion if regular else None, regular and self.is_kept(motion.t, found, motion.work, motion.phase)
 
     def is_kept(self, t: Array, found: Array, work: Array, piece: Indices) -> bool:
-        """Whether the energy balance of a motion certainly holds, by the results of `read`, the work, and the mode of each row."""
+        """Whether the energy balance of a motion certainly holds, by the results of the judge, the work, and the mode of each row."""
         kinetic, total, _ = found.T
         work = work + leaps(total, np.flatnonzero(np.diff(piece)) + 1)
         return surely_keeps(t, kinetic, total, work, self.method.rtol, True)
@@ -250,7 +243,7 @@ class ContactCalls:
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """Sets the parameter values of the next motions, after checks."""
-        usual = gains_of(self.batch.functions)
+        usual = gains_of(self.batch.judge.drives)
         self.p = np.array([constants.get(s, usual.get(s)) for s in self.batch.parameters])
         check_values(eom, self.p[: len(eom.parameters)], self.batch.span)
 

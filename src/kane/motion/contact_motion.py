@@ -83,7 +83,7 @@ class Decided:
 
 
 class ContactMotion:
-    """The contacts of a motion; arrays (k) hold the `highest` rebound, `fastest` slip, last `rebound` speed and `slack` of each."""
+    """The contacts of a motion; arrays (k): `highest` rebound, `fastest` slip, its last `slip_rate`, last `rebound` speed, `slack`."""
 
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
@@ -96,7 +96,7 @@ class ContactMotion:
         self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
         self.q = len(eom.coordinates)
         self.none = np.zeros((len(self.contacts), self.layout.d - 1))  # no slip of any contact
-        self.highest, self.fastest, self.rebound, self.slack = np.zeros((4, len(self.contacts)))
+        self.highest, self.fastest, self.rebound, self.slack, self.slip_rate = np.zeros((5, len(self.contacts)))
         self.brief = False  # the mode that has ended lasted no time
 
     def touch(self, t: float, x: Array) -> ContactsAtState:
@@ -147,7 +147,7 @@ class ContactMotion:
                 modes[i] = ContactMode.STICK
                 continue
             directions[i] = choice.directions[n]
-            straight = len(c.slips) == 1 or self._slow(touch, i, self._gained(choice, n))
+            straight = len(c.slips) == 1 or self._slow(t, touch, i, self._slip_rate(choice, n))
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
         return Decided(*held_together(touch, modes, directions), order, choice)
 
@@ -213,10 +213,17 @@ class ContactMotion:
             open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
-            if height <= max(FLAT * open_, LOW * self.highest[i], ROUNDED * touch.numbers.gap_terms[i]):
+            left = max(ROUNDED * touch.numbers.gap_terms[i], self._shifted(touch, order, i))
+            if height <= max(FLAT * open_, LOW * self.highest[i], left):
                 flat.append(i)
                 over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
         return flat, over
+
+    def _shifted(self, touch: ContactsAtState, closed: Sequence[int], i: int) -> float:
+        """How far at most a gap is shifted when the gaps of `closed` contacts, zero up to the resolution of times, are made zero."""
+        d, w = self.layout.d, touch.mobility
+        gaps = [n for n in closed if self.contacts[n].gap is not None]
+        return float(2 * sum(abs(touch.numbers.gaps[n] * w[d * i, d * n] / w[d * n, d * n]) for n in gaps))
 
     # From mode to mode -------------------------------------------------------------------------------------------------------
 
@@ -264,11 +271,12 @@ class ContactMotion:
             d = now.directions[i][: len(c.slips)]
             found |= dict(zip(c.direction, d.tolist(), strict=True))
             v = float(np.linalg.norm(touch.slips[i]))
-            gained = (
-                self._gained(now.choice, now.closed.index(i)) if now.choice is not None and i in now.closed else 0.0
-            )
+            gained = 0.0
+            if now.choice is not None and i in now.closed:
+                self.slip_rate[i] = self._slip_rate(now.choice, now.closed.index(i))
+                gained = self._gained(self.slip_rate[i])
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
-            level = self._slowest(touch, i, self.fastest[i])
+            level = self._slowest(t, touch, i, self.fastest[i], self.slip_rate[i])
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
         return found | self._shares(now, t, x)[0]
 
@@ -302,12 +310,23 @@ class ContactMotion:
         """Contact forces (kd) that satisfy the equations of a mode, with the directions of slip `ways`; not unique for stands."""
         modes = now.modes
         order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
-        sliding = np.where([[m.slips] for m in modes], ways, 0.0)
-        problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
-        solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
         forces = np.zeros(len(touch.mobility))
-        forces[touch.places(order)] = solution.forces
+        if order:
+            sliding = np.where([[m.slips] for m in modes], ways, 0.0)
+            problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
+            solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
+            forces[touch.places(order)] = solution.forces
         return forces
+
+    def flight(self, now: Decided, t: float, x: Array, leaves: Mapping[str, float]) -> float | None:
+        """Four times the least time until a gap that leaves its threshold is back, so that a first step shows its rise; else None."""
+        off = [i for i, c in enumerate(self.contacts) if f"{c.name} closes" in leaves]
+        if not off:
+            return None
+        touch = self.touch(t, x)
+        forces = self._forces(touch, now, now.directions)
+        a, v = touch.accelerations(range(len(self.contacts)), forces)[0][:: self.layout.d], touch.gap_rates
+        return min((float(-8 * v[i] / a[i]) for i in off if a[i] < 0 < v[i]), default=None)
 
     def balanced(self, now: Decided, numbers: Mapping[Expr, float], t: float, x: Array) -> None:
         """SimulationError if contacts of a stand have moved relative to each other: shares are valid for one configuration."""
@@ -328,20 +347,23 @@ class ContactMotion:
                         "and whose forces are not unique for rigid bodies. Leave one out, or give compliant parts a stiffness"
                     )
 
-    def _gained(self, choice: ModeChoice, n: int) -> float:
-        """The slip speed up to which the n-th chosen contact slips in a fixed direction after its slip begins: see `STARTS`."""
-        rows = choice.accelerations.reshape(-1, self.layout.d)
-        return STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(rows[n, 1:]))
+    def _slip_rate(self, choice: ModeChoice, n: int) -> float:
+        """The magnitude of the slip acceleration of the n-th chosen contact."""
+        return float(np.linalg.norm(choice.accelerations.reshape(-1, self.layout.d)[n, 1:]))
 
-    def _slow(self, touch: ContactsAtState, i: int, gained: float) -> bool:
+    def _gained(self, rate: float) -> float:
+        """The slip speed up to which slip has a fixed direction after it begins at this rate: see `STARTS`."""
+        return STARTS * (self.span[1] - self.span[0]) * rate
+
+    def _slow(self, t: float, touch: ContactsAtState, i: int, rate: float) -> bool:
         """Whether a contact slips so slowly that its direction is taken as fixed: see `ENDS`."""
-        fastest = max(self.fastest[i], touch.slip_terms[i].max(), gained)
-        return bool(np.linalg.norm(touch.slips[i]) <= self._slowest(touch, i, fastest))
+        fastest = max(self.fastest[i], touch.slip_terms[i].max(), self._gained(rate))
+        return bool(np.linalg.norm(touch.slips[i]) <= self._slowest(t, touch, i, fastest, rate))
 
-    def _slowest(self, touch: ContactsAtState, i: int, fastest: float) -> float:
-        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`."""
+    def _slowest(self, t: float, touch: ContactsAtState, i: int, fastest: float, rate: float) -> float:
+        """The slip speed below which contact i, by its `fastest` one and its `rate`, slips in a fixed direction: see `ENDS`."""
         left = self.rtol * fastest + self.atol * touch.slip_sums[i].max()
-        return float(max(ENDS * fastest, left))
+        return float(max(ENDS * fastest, left, ROUNDED_TERMS * abs(t) * rate))
 
     def begin(self, t: float, x: Array) -> tuple[Array, Decided]:
         """The state and the modes at the start of a motion."""
@@ -429,7 +451,7 @@ class ContactMotion:
         slips = kind == "slips" and not hits
         begun = self._begins_to_slip(now, i, t, x, friction, sliding) if slips else []
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
-        if begun and not stand and (under_way := self._under_way(touch, x, decided, begun)):
+        if begun and not stand and (under_way := self._under_way(t, touch, x, decided, begun)):
             return *under_way, t
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
             x, touch, sliding = self._consistent(t, x, touch, closed, sliding)
@@ -562,7 +584,7 @@ class ContactMotion:
         return result
 
     def _under_way(
-        self, touch: ContactsAtState, x: Array, decided: Decided, begun: Sequence[int]
+        self, t: float, touch: ContactsAtState, x: Array, decided: Decided, begun: Sequence[int]
     ) -> tuple[Array, Decided] | None:
         """The state with the least slip of contacts that begin to slip at unchanged friction, μ_k = μ_s, and the modes with it.
 
@@ -577,9 +599,9 @@ class ContactMotion:
         # magnitudes of the terms of accelerations, which are zero up to rounding
         pushed = touch.accelerations(decided.closed, decided.forces)[1].reshape(-1, self.layout.d)[:, 1:]
         for n in begun:
-            gained = STARTS * (self.span[1] - self.span[0]) * float(np.linalg.norm(pushed[n]))
-            fastest = max(self.fastest[n], touch.slip_terms[n].max(), gained)
-            slips[n] = 2 * self._slowest(touch, n, fastest) * decided.directions[n]
+            rate = float(np.linalg.norm(pushed[n]))
+            fastest = max(self.fastest[n], touch.slip_terms[n].max(), self._gained(rate))
+            slips[n] = 2 * self._slowest(t, touch, n, fastest, rate) * decided.directions[n]
             modes[n] = modes[n].slipping(straight=False)
         closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]
         stuck = [n for n in closed if n in begun or not modes[n].slips]
@@ -803,7 +825,9 @@ class _ContactCourse:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        bounds = {**self.bounds, "begun": self.pace.begun} | ({"first_step": None} if self.pieces else {})
+        bounds = {**self.bounds, "begun": self.pace.begun}
+        if self.pieces:
+            bounds["first_step"] = at.flight(self.now, self.t, self.x, leaves)
         start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS, steps=self.steps)
         with warnings.catch_warnings():  # due to forces that are zero throughout, which are treated here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)

@@ -125,7 +125,6 @@ class ContactRunner:
         times: Array,
         breakpoints: tuple[float, ...],
     ) -> None:
-        self.breakpoints = breakpoints
         self.eom, self.method, self.span, self.settings = eom, method, span, settings
         self.parameters, self.inputs = given
         self.gains = tuple(gains_of(self.inputs.values()))
@@ -134,8 +133,9 @@ class ContactRunner:
         self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.controllers = controllers(tuple(self.inputs.values()))
-        table = pauses(breakpoints, span, self.controllers)
-        self.stops: Given = {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
+        most = room_for(breakpoints)
+        self.stops: Given = {"breakpoints": most, "pauses": np.append(np.full(3 * most, -np.inf), 0.0)}
+        self.stop_at(breakpoints)
         self.hooks = Hooks(self.s, self.y)
         self.control = self.hooks.add(self._control)
         self.raised: BaseException | None = None
@@ -168,6 +168,13 @@ class ContactRunner:
         self.kernel = _automaton(settings or Settings()).bound(self.given)
         self.symbols = symbols(eom)
         self.flat = [s for own in self.symbols for s in own]
+
+    def stop_at(self, breakpoints: tuple[float, ...]) -> None:
+        """Sets the breakpoints of the next motions, with the same `room_for` them; the table of pauses ends with theirs."""
+        self.breakpoints = breakpoints
+        own, table = self.stops["pauses"][:-1], pauses(breakpoints, self.span, self.controllers)
+        own[:] = -np.inf
+        own[len(own) - len(table) :] = table
 
     def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
         """Prepares the next motion, with these parameters and with inputs of the same values."""
@@ -596,7 +603,7 @@ def runner(
 ) -> tuple[ContactRunner, list[ContactRunner]]:
     """A runner that no other motion uses, and the list to which it must be returned after use."""
     inputs, breakpoints = tuple(map(same_in_all, given[1].values())), stops_of(eom, method, span, given)
-    kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs, breakpoints)
+    kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs, room_for(breakpoints))
     free = kept.get(key)
     if any(x is None for x in inputs):  # these belong to one motion
         free = []
@@ -606,15 +613,21 @@ def runner(
         found = free.pop()
     except IndexError:
         found = ContactRunner(eom, method, span, given, settings, times, breakpoints)
+    found.stop_at(breakpoints)
     found.take(given)
     return found, free
+
+
+def room_for(breakpoints: tuple[float, ...]) -> int:
+    """The number of breakpoints for which a runner made for these has room."""
+    return (1 << len(breakpoints).bit_length()) - 1
 
 
 def stops_of(
     eom: Equations, method: Method, span: tuple[float, float], given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]
 ) -> tuple[float, ...]:
     """The breakpoints of a motion with given parameters and inputs."""
-    laws = eom.numeric().value(_timed_laws).breakpoints(given[0], span)
+    laws = eom.numeric().value(timed_laws).breakpoints(given[0], span)
     return tuple(sorted({*breakpoints_of(eom, Phase(*given), span, method.breakpoints), *laws}))
 
 
@@ -623,7 +636,7 @@ def same_in_all(f: Any) -> float | Expr | None:
     return f.expr if isinstance(f, Formula) else constant(f)
 
 
-def _timed_laws(eom: Equations) -> Clock:
+def timed_laws(eom: Equations) -> Clock:
     """The parts of friction and restitution that switch at given times, or may be pulses."""
     return clock(eom.in_speeds(x) for c in eom.system.contacts for x in c.numbers)
 

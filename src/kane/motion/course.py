@@ -252,11 +252,6 @@ class Course:
         return ", ".join(self.names)
 
     @property
-    def steps(self) -> int:
-        """Number of steps so far."""
-        return self.counts[0]
-
-    @property
     def counts(self) -> Counts:
         """Steps, and evaluations of the right-hand side, of all solvers so far."""
         both = (self.first,) if self.solver is self.first else (self.first, self.solver)
@@ -269,7 +264,7 @@ class Course:
 
     def advance(self) -> End | None:
         """Takes a step, or as many as the solver takes by itself; returns the End of the motion, or None."""
-        solver, steps, t = self.solver, self.steps, self.solver.at[0]
+        solver, steps, t = self.solver, self.counts[0], self.solver.at[0]
         most = self.method.max_steps - steps
         if most <= 0:
             return self.stopped(self.method.spent(t))
@@ -361,7 +356,7 @@ class Course:
 
     def hand_over(self, t: float, y: Array, name: str, back: Callable[[float, Array], Solver] | None) -> None:
         """Continues with another solver; `back`, if given, resumes the present one where constraints are regular again."""
-        self.pace.anew(t, self.steps, (self.t[0], self.rows[0][0]))
+        self.pace.anew(t, self.counts[0], (self.t[0], self.rows[0][0]))
         self.solver, self.back = self.made(self, name, t, y), back
         self.names[name] = None
 

@@ -94,7 +94,8 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     (lambda stepper, drives, by: bool(unheld(stepper)), "constraints have corners or lose rank, or W has false poles"),
     (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions of time or state in Python"),
     (
-        lambda stepper, drives, by: following(drives) and _blind(stepper, by),
+        # J is evaluated as products with vectors, which omit the derivatives of inputs
+        lambda stepper, drives, by: following(drives) and by.implicit and is_long(stepper.now),
         "inputs of a large system depend on its state",
     ),
 )
@@ -109,11 +110,6 @@ def needs(eom: Equations, by: Integrator, laws: Sequence[Expr] = ()) -> list[str
 def _left(stepper: Stepper, drives: Sequence[Any], by: Integrator) -> list[str]:
     """All requirements of a motion that an integrator leaves to Python, as texts."""
     return needs(stepper.eom, by, stepper.now.laws) + [text for holds, text in _IN_PYTHON if holds(stepper, drives, by)]
-
-
-def _blind(stepper: Stepper, by: Integrator) -> bool:
-    """Whether J is evaluated as products with vectors, which omit the derivatives of inputs."""
-    return by.implicit and is_long(stepper.now)
 
 
 def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, max_step: float) -> str:

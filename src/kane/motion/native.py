@@ -167,7 +167,9 @@ class KernelSolver:
         if self.holding is not None:
             self.given |= self.holding.given | {"held_marks": self.marks}
             self.holding.begin(self.s)
-        self.given |= self._pauses()
+        table = pauses(self.course.method.breakpoints, self.span, self.controllers)
+        hook = self.arguments.hooks.add(self._control) if self.controllers else entry(self.now.rates)
+        self.given |= {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
         self.kernel = kernel.bound(self.given | {"limit": 0})
         self.looked, self.s[Slot.LOOKED] = False, 0.0
         self._begin(t)
@@ -186,12 +188,6 @@ class KernelSolver:
             one.due(t, self.y[: self.now.width])
         self.arguments.hold()
         self.s[Slot.STOPPED] = float(is_noted())
-
-    def _pauses(self) -> Given:
-        """The kernel's arguments for breakpoints, with the callback to controllers there."""
-        table = pauses(self.course.method.breakpoints, self.span, self.controllers)
-        hook = self.arguments.hooks.add(self._control) if self.controllers else entry(self.now.rates)
-        return {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
 
     def step(self, most: int) -> Came:
         """Takes up to `most` steps, until one needs a check."""
@@ -381,7 +377,7 @@ class KernelSolver:
             assert end_of is not None
             states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
         count, own = int(self.given["events"]), len(self.stepper.eom.events)
-        values = np.vstack([self.given["seen"][:count], self.now.watch_all(times[1:], states)])
+        values = np.vstack([self.given["seen"][:count], self.now.watch(times[1:], states)])
         # at the end the kernel's values, with which it begins the next step: rounding must not hide a crossing
         values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
         largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))

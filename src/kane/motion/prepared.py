@@ -8,8 +8,8 @@ from typing import Any
 from kane.equations.equations import Equations, check_equations
 from kane.errors import Attributes
 from kane.motion.integrators import AdaptiveStep, FixedStep
-from kane.motion.runner import Plan, Runners
-from kane.motion.simulate import are_fixed, repeated, simulate, single_runner
+from kane.motion.runner import Plan
+from kane.motion.simulate import Runners, are_fixed, repeated, simulate, single_runner
 from kane.motion.solution.checks import checking_functions
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span

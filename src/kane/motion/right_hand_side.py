@@ -278,15 +278,11 @@ class Routines(SidedEquations):
         gains = gains_of(drives)
         return replace(self, drives=drives, written=written, numbers=(*gains.values(), *self.numbers[len(gains) :]))
 
-    def inputs(self, t: float, y: Array) -> Array:
-        """Values of the inputs."""
-        return values(self.drives, t, y[: self.width])
+    def inputs(self, t: float | Array, y: Array) -> Array:
+        """Values of the inputs at t and y; as below, for one time and state, or a row for each of times (k) and states (k × n)."""
+        return values(self.drives, t, y[..., : self.width])
 
-    def inputs_all(self, t: Array, y: Array) -> Array:
-        """Values of the inputs (k × inputs) at times (k) and states (k × n)."""
-        return values(self.drives, t, y[:, : self.width])
-
-    def rate(self, t: float, y: Array) -> Array:
+    def rate(self, t: float | Array, y: Array) -> Array:
         """(q̇, u̇, ȧ, P) at t and y."""
         return self.at(self.rates, t, y, self.p)
 
@@ -297,28 +293,19 @@ class Routines(SidedEquations):
         rest = self.rate(t, y)[len(q_dot) + len(f) :]
         return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), rest])
 
-    def watch(self, t: float, y: Array) -> Array:
+    def watch(self, t: float | Array, y: Array) -> Array:
         """The events' quantities (events) at t and y."""
-        return np.zeros(0) if self.events is None else self.at(self.events, t, y)
+        return np.zeros((*np.shape(t), 0)) if self.events is None else self.at(self.events, t, y)
 
-    def watch_all(self, t: Array, y: Array) -> Array:
-        """The events' quantities (k × events) at times (k) and states (k × n)."""
-        return np.zeros((len(t), 0)) if self.events is None else self._at_all(self.events, t, y)
-
-    def switch(self, t: float, y: Array) -> Array:
+    def switch(self, t: float | Array, y: Array) -> Array:
         """The quantities of the switches (switches) at t and y; there must be some."""
         assert self.switches is not None
         return self.at(self.switches, t, y)
 
-    def switch_all(self, t: Array, y: Array) -> Array:
-        """The quantities of the switches (k × switches) at times (k) and states (k × n)."""
-        assert self.switches is not None
-        return self._at_all(self.switches, t, y)
-
-    def at(self, routine: CompiledRoutine, t: float, y: Array, p: Array | None = None) -> Array:
-        """The values of a routine at a time and state, by default with its own p."""
+    def at(self, routine: CompiledRoutine, t: float | Array, y: Array, p: Array | None = None) -> Array:
+        """The values of a routine at t and y, by default with its own p."""
         p = self.parameters(routine) if p is None else p
-        return routine(t, y[: self.width], p, self.inputs(t, y) if self.drives else None)
+        return routine(t, y[..., : self.width], p, self.inputs(t, y) if self.drives else None)
 
     def parameters(self, routine: CompiledRoutine) -> Array:
         """The p of a routine: the parameters of the equations, and as many constants of the inputs as its ports have."""
@@ -330,15 +317,12 @@ class Routines(SidedEquations):
         h = hoisted(routine, t, y[: self.width], self.parameters(routine), r)
         return {name: h, f"hoist_{name}": hoist_entry(routine)}
 
-    def _at_all(self, routine: CompiledRoutine, t: Array, y: Array) -> Array:
-        return routine(t, y[:, : self.width], self.parameters(routine), self.inputs_all(t, y))
-
-    def values(self, t: float, y: Array) -> dict[Expr, Any]:
-        """A number for every symbol of the equations and of inputs."""
+    def values(self, t: float | Array, y: Array) -> dict[Expr, Any]:
+        """A number, or one for each row, for every symbol of the equations and of inputs."""
         eom = self.eom
         symbols = (time, *eom.state, *eom.parameters, *eom.inputs)
-        p = self.p[: len(eom.parameters)]
-        known = dict(zip(symbols, [t, *y[: self.width], *p, *self.inputs(t, y)], strict=True))
+        p = self.p[: len(eom.parameters)].tolist()
+        known = dict(zip(symbols, [t, *y[..., : self.width].T, *p, *self.inputs(t, y).T], strict=True))
         return gains_of(self.drives) | known
 
     def explain(self, t: float, y: Array) -> str:

@@ -6,13 +6,13 @@ expressions. Start, parameters and energy are checked by sufficient conditions i
 hold, the general loop integrates the motion from its beginning (`loop.py`) and decides.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import reduce
 from operator import itemgetter
 from time import monotonic
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from kane.motion.hybrid.automaton import (
     stands_beside,
 )
 from kane.motion.inputs.breakpoints import stretch
-from kane.motion.inputs.expressions import Formula, gains_of, with_value
+from kane.motion.inputs.expressions import Formula, gains_of, values, with_value
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
 from kane.motion.integrators import spelled
@@ -63,6 +63,7 @@ from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import hoisting, hoists_of
+from kane.program.native.machine import Settings
 from kane.progress import is_noted, noted, working
 
 _PATIENCE = 0.05
@@ -164,9 +165,31 @@ def _admitted(eom: Equations) -> Kept[bool]:
     return Kept()
 
 
-def _reads_inputs(eom: Equations) -> bool:
-    """Whether the quantities of `judged` depend on inputs."""
-    return not set(eom.inputs).isdisjoint(free_symbols(eom.numeric().value(judged).groups["judged"].roots))
+def _reads_inputs(eom: Equations, drives: Iterable[Any]) -> bool:
+    """Whether the quantities of `judged` depend on inputs that are not constant."""
+    read = free_symbols(eom.numeric().value(judged).groups["judged"].roots)
+    return any(constant(f) is None for f in drives) and not set(eom.inputs).isdisjoint(read)
+
+
+class Judge:
+    """The routine of `judged` for motions with the same inputs, at many times and states."""
+
+    def __init__(self, eom: Equations, settings: Settings | None, drives: Sequence[Any]) -> None:
+        self.routine, self.drives = eom.numeric(settings).routine(judged).flat, drives
+        self.parameters, self.reads = (*eom.parameters, *gains_of(drives)), _reads_inputs(eom, drives)
+        self.r = np.array([*(constant(f) or 0.0 for f in drives), 0.0], dtype=float)
+
+    def __call__(self, t: Array, y: Array, p: Array) -> Array:
+        """K, E and the least pivot (rows × 3) at times and y, with parameters, those of inputs alone last, for each row or for all."""
+        rows, y, found = np.append(p, np.zeros((len(p), 1)), axis=1), np.ascontiguousarray(y), np.zeros((len(t), 3))
+        r, width = self.r, rows.shape[1] if len(p) > 1 else 0
+        if self.reads:
+            known: dict[Expr, Any] = dict(zip(self.parameters, p.T if len(p) != 1 else p[0], strict=True))
+            inputs = values([with_value(f, known) for f in self.drives], t, y[:, :-1])
+            r = np.column_stack([inputs, np.zeros(len(t))])
+        places = (t.copy(), 1), (y, y.shape[1]), (rows, width), (r, len(self.r) * self.reads)
+        self.routine.on_rows(*places, out=found)()
+        return found
 
 
 def is_plain(stepper: Stepper, method: Method) -> bool:
@@ -201,7 +224,7 @@ class Runner:
         self.told = b""
         varied = [f for f in drives.values() if isinstance(f, Formula) and f.values]
         self.varied, self.timed = bool(varied), time in free_symbols([f.expr for f in varied])
-        self.reads = _reads_inputs(stepper.eom) and any(constant(f) is None for f in drives.values())
+        self.reads = _reads_inputs(stepper.eom, drives.values())
         self.starts: dict[Any, tuple[Array, Array]] = {}
         self.holding: KernelConstraints | None = None
         self.marks = np.zeros(len(times) + 1)
@@ -342,7 +365,7 @@ class Runner:
             if self.some is not self.states:
                 np.take(self.states, self.few, axis=0, out=self.some)
             if self.reads:
-                self.inputs[:, :-1] = self.now.inputs_all(self.t[self.few], self.some)
+                self.inputs[:, :-1] = self.now.inputs(self.t[self.few], self.some)
             self.judge()
             if self.verdict[0, 2] > SURELY_REGULAR:
                 phase = Phase(constants, self.drives)
@@ -522,46 +545,3 @@ def stepped_along(eom: Equations, changed: Sequence[tuple[float, Routines]], t: 
     every = [eom, *(now.eom for _, now in changed)]
     counts = np.diff(np.searchsorted(t, [at for at, _ in changed]), prepend=0, append=len(t))
     return [one for one, count in zip(every, counts.tolist(), strict=True) for _ in range(count)]
-
-
-class SingleRunner(Protocol):
-    """An object that integrates one motion at a time, as `Runner` does: `take` parameters, `begin` at a start, `run`."""
-
-    usual: dict[Expr, float]
-    options: Mapping[str, Any]
-
-    def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
-        """Sets the values of the parameters for the next motions."""
-
-    def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
-        """(q, u, a) from start values; None if a motion from there needs the general loop."""
-
-    def run(
-        self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
-    ) -> tuple[Solution | None, bool]:
-        """The motion, and whether its energy balance certainly holds; None if it needs the general loop."""
-
-
-class Runners:
-    """The runners of one plan, as many as were in use at the same time; the `first` calls are made without one."""
-
-    def __init__(self, first: int = 0) -> None:
-        self._free, self._left, self.is_plain = list[SingleRunner](), first, True
-
-    def ready(self) -> bool:
-        """Whether a runner is to be used for this call, which is counted."""
-        self._left -= 1
-        return self.is_plain and self._left < 0
-
-    def take(self, made: Callable[[], SingleRunner | None]) -> SingleRunner | None:
-        """A free runner, or a new one by `made()`; None if the motions of the plan need the general loop."""
-        try:
-            return self._free.pop()
-        except IndexError:
-            runner = made()
-            self.is_plain = runner is not None
-            return runner
-
-    def give_back(self, runner: SingleRunner) -> None:
-        """Marks a runner as free."""
-        self._free.append(runner)

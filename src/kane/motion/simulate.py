@@ -25,7 +25,7 @@ from kane.motion.inputs.functions import asked, input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import MOST_STEPS, STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
-from kane.motion.runner import Plan, Runner, Runners, SingleRunner, check_values, is_plain
+from kane.motion.runner import Plan, Runner, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
 from kane.motion.solution.resumed import (
@@ -46,9 +46,7 @@ from kane.program.native.machine import Settings
 from kane.progress import check_whole, noted, working
 
 if TYPE_CHECKING:
-    from kane.motion.contact_batch import (
-        ContactBatch,  # motions with contacts are slow to import
-    )
+    from kane.motion.contact_batch import ContactBatch, ContactCalls  # slow to import
 
 
 def simulate(
@@ -168,6 +166,31 @@ def _runs(eom: Equations) -> Callable[..., Solution]:
     return run_over_time(eom)
 
 
+class Runners:
+    """The runners of one plan, as many as were in use at the same time; the `first` calls are made without one."""
+
+    def __init__(self, first: int = 0) -> None:
+        self._free, self._left, self.is_plain = list["Runner | ContactCalls"](), first, True
+
+    def ready(self) -> bool:
+        """Whether a runner is to be used for this call, which is counted."""
+        self._left -= 1
+        return self.is_plain and self._left < 0
+
+    def take(self, made: Callable[[], "Runner | ContactCalls | None"]) -> "Runner | ContactCalls | None":
+        """A free runner, or a new one by `made()`; None if the motions of the plan need the general loop."""
+        try:
+            return self._free.pop()
+        except IndexError:
+            runner = made()
+            self.is_plain = runner is not None
+            return runner
+
+    def give_back(self, runner: "Runner | ContactCalls") -> None:
+        """Marks a runner as free."""
+        self._free.append(runner)
+
+
 def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
     """The runners stored with the equations for a plan with these inputs, used from the second motion on; None if inputs vary."""
     if not are_fixed(eom, inputs):
@@ -197,7 +220,7 @@ def are_fixed(eom: Equations, inputs: Any, given: Collection[Any] = ()) -> bool:
     Parameters that the model does not contain have a default, or are `given`. A motion prescribed by an expression with corners is
     checked for jumps at given values.
     """
-    if inputs and not isinstance(inputs, dict):
+    if inputs is not None and not isinstance(inputs, dict):
         return False
     laws = [v for v in (inputs or {}).values() if isinstance(v, Expr)]
     if not all(isinstance(v, Expr | int | float) for v in (inputs or {}).values()):
@@ -237,7 +260,7 @@ def repeated(
 
 
 def by_runner(
-    runner: SingleRunner, eom: Equations, plan: Plan, at: tuple[Any, Any, Any, Any], inputs: Any
+    runner: "Runner | ContactCalls", eom: Equations, plan: Plan, at: tuple[Any, Any, Any, Any], inputs: Any
 ) -> tuple[Solution | None, bool]:
     """The motion by a runner in exclusive use, and whether its energy balance certainly holds; None if it needs the general loop."""
     q, u, states, parameters = at
@@ -278,7 +301,7 @@ def runner_of(
     return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)
 
 
-def single_runner(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> SingleRunner | None:
+def single_runner(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> "Runner | ContactCalls | None":
     """A runner for single motions of a plan, one call of machine code each; None if they need Python between two steps."""
     own = runner_of(eom, plan, inputs, settings)
     contacts = contacts_of(eom, plan, inputs, settings) if own is None else None

@@ -25,6 +25,7 @@ from kane.expr.regular import size
 from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
+from kane.model.solids import Inertia, Shape, limits
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array, Mask, distinct
 from kane.numeric.rank import balance, singular
@@ -150,20 +151,37 @@ class _Bounded(NamedTuple):
 
 
 def _bounded(eom: Equations, constants: Mapping[Expr, Any]) -> Iterator[_Bounded]:
-    """Measures of beams, masses, and least principal moments of inertia, at values of the parameters."""
+    """Measures of beams, friction, masses, sizes and least moments of inertia, at values of the parameters."""
     for beam in eom.system.bodies:
         for what, measure in beam.measures() if isinstance(beam, Beam) else ():
             yield _Bounded(evaluate(measure, constants), True, f"{what} of {beam.name} above zero", measure)
+    for load in eom.system.loads:
+        size = ZERO if load.slip is None else load.slip.size
+        if size is not ZERO and all(s in constants for s in free_symbols([size])):
+            yield _Bounded(evaluate(size, constants), False, f"a size ≥ 0 of {load.name!r}", size)
     for part in parts_of(eom.system.bodies):
         if not part.momenta and all(s in constants for s in free_symbols([part.mass])):
             yield _Bounded(evaluate(part.mass, constants), False, f"a mass ≥ 0 for {part.name}", part.mass)
+        if isinstance(part.inertia, Inertia):
+            yield from _sizes(part.name, part.inertia.shape, constants)
         least = least_moment(part, constants)
         if least is not None:
             yield _Bounded(least, False, f"central principal moments of inertia ≥ 0 for {part.name}")
 
 
+def _sizes(name: str, shape: Shape, constants: Mapping[Expr, Any]) -> Iterator[_Bounded]:
+    """The dimensions of a solid, where they contain parameters that differ from their defaults, which its declaration has judged."""
+    own = [(s, constants.get(s)) for s in free_symbols(shape.sizes.values())]
+    if any(x is None for _, x in own) or all(isinstance(x, float) and x == s.default for s, x in own):
+        return
+    found = tuple(limits(shape.kind, shape.sizes))
+    for x, value in zip(found, evaluate([x.value for x in found], constants), strict=True):
+        expected = f"{x.what} {name!r} {'above' if x.above else 'at or above'} zero"
+        yield _Bounded(value, x.above, expected, x.value)
+
+
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """A SimulationError if a mass or moment of inertia is negative, or a measure of a beam not above zero."""
+    """A SimulationError if a mass, a moment of inertia, a size or friction is negative, or a measure of a beam not above zero."""
     for value, above, expected, written in _bounded(eom, constants):
         if value < 0 or (above and not value > 0):
             came = "" if written is None else f"{cut(written)} = "
@@ -193,8 +211,8 @@ def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:
 def check_span(span: Any) -> tuple[float, float]:
     """(t0, t1), or a SimulationError unless t1 > t0, both finite, with enough floating-point numbers between them."""
     try:
-        t0, t1 = (float(x) for x in span)
-    except (TypeError, ValueError) as error:
+        t0, t1 = map(float, expect.reals(span))
+    except (TypeError, ValueError, OverflowError) as error:
         raise SimulationError(f"Expected a time span (t0, t1), got {cut(repr(span))}. Give two times in s.") from error
     if not (np.isfinite(t0) and np.isfinite(t1) and t1 > t0):
         raise SimulationError(
@@ -229,6 +247,7 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
     if isinstance(samples, int | np.integer):
         if samples < 2:
             raise SimulationError(f"Expected at least 2 samples, got {samples}. Give more, or the times: samples=[…].")
+        expect.that(samples < 10**9, "fewer than 1e9 samples", samples, error=SimulationError)
         return np.linspace(t0, t1, int(samples))
     cure = "Give a whole number, or times in s."
     times = expect.floats(samples, "a number of samples or their times", cure, error=SimulationError)

@@ -80,7 +80,8 @@ class Stepper:
         """(q̇, u̇, ȧ, P) at t and y."""
         if not self.lost:
             return self.now.rate(t, y)
-        numbers = self._numbers(t, y)
+        assert self.projection is not None
+        numbers = self.projection.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t, y))
         return self.now.least_rate(t, y, numbers.m, numbers.a, self.reach, self.mixes[1])
 
     def slopes(self, t: float, y: Array) -> Array:
@@ -90,10 +91,6 @@ class Stepper:
             found = exact(self.now)
             self._slopes = self.eom, found
         return found(t, y)
-
-    def _numbers(self, t: float, y: Array) -> Numbers:
-        assert self.projection is not None
-        return self.projection.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t, y))
 
     def keep(self, t: float, y: Array) -> tuple[Array, Numbers | None]:
         """y projected onto the constraints, and their numbers there, whose sizes are included in `reach`."""
@@ -204,7 +201,7 @@ class Stepper:
             return False
 
         def along(t: Array) -> RankHistory:
-            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t, dense(t).T)).a
+            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs(t, dense(t).T)).a
             found = looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
             return found._replace(side=np.ones_like(found.side)) if rank_alone else found
 

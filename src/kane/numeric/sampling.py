@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kane import expect
-from kane.errors import SimulationError, ValueMissingError, alike, cut
+from kane.errors import ModelError, SimulationError, ValueMissingError, alike, cut
 from kane.expr.evaluation import FLOAT
-from kane.expr.node import Expr, constant_value, postorder
+from kane.expr.node import Expr, as_expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, MUL, PI, SUB, SYMBOL
 from kane.expr.symbols import Parameter, Symbol, Symbols, declared
 from kane.units.rules import parse
@@ -122,6 +122,29 @@ def default_of(e: Expr) -> float | None:
     return float(sample([e], SEEDS[0])[0])
 
 
+SIGN = "Check its sign, or the default."
+
+
+def positive(given: Any, expected: str, cure: str = SIGN) -> Expr:
+    """An expression; raises ModelError if it is not above zero at default parameters; what has no value there passes."""
+    return in_range(given, f"{expected} above zero", cure, above=True)
+
+
+def not_negative(given: Any, expected: str, cure: str = SIGN) -> Expr:
+    """An expression; raises ModelError if it is negative at default parameters."""
+    return in_range(given, f"{expected} at or above zero", cure, above=False)
+
+
+def in_range(given: Any, expected: str, cure: str = SIGN, *, above: bool) -> Expr:
+    """An expression that is positive, if `above`, or not negative, with all that is `expected` in words."""
+    e = as_expr(given)
+    value = default_of(e)
+    if value is not None and not (value > 0 or (value == 0 and not above)):
+        came = f"{value:g}" if constant_value(e) is not None else f"{cut(e)} = {value:g}"
+        raise expect.refusal(ModelError, expected, came, cure)
+    return e
+
+
 def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
     """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order; the number 0 stands for all at zero.
 
@@ -211,8 +234,7 @@ def _symbol_of(by_name: Mapping[str, Symbol], key: Any) -> Symbol | None:
 
 def _listed(what: str, symbols: Sequence[Symbol], given: Any) -> Iterable[Any]:
     """The entries of a list, a tuple or an array."""
-    flat = isinstance(given, np.ndarray) and given.ndim == 0
-    if flat or isinstance(given, str | Expr) or not isinstance(given, Iterable):
+    if isinstance(given, Expr) or not expect.is_list(given):
         cure = f" Write [{given}]." if len(symbols) == 1 and isinstance(given, int | float) else ""
         raise ValueMissingError(
             f"Expected a list of {what} or a dict {{name: value}} for {', '.join(s.name for s in symbols) or 'none'}, got "

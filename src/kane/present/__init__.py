@@ -6,12 +6,10 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "first_screen": "screen_of terms",
+        "first_screen": "multiplied_out screen_of terms",
         "linearized.branch_figures": "through_meetings",
-        "plotted.lines": "spread",
-        "plotted.runs": "bend",
-        "plotted.traces": "size_of_terms",
-        "causes": "multiplied_out",
+        "figure": "spread",
+        "traces": "bend size_of_terms",
         "check_figures": "motion_checks",
         "formula_list": "WIDTH formulas step_text wrapped",
         "motion_plots": "COLOURS level plots",

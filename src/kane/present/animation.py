@@ -53,8 +53,11 @@ class Animation:
     def model(self) -> DrawnModel:
         """The parts to draw."""
         poses = self.courses[0].poses
-        # without gravity up is the third inertial axis, or the second if all points are in the plane of the first two
-        up = np.eye(3)[1 if all(p[2] is ZERO for p in self.scene.positions) else 2]
+        # without gravity up is the third inertial axis, or the second if all points are in the plane of the first two without wheels
+        upright = all(p[2] is ZERO for p in self.scene.positions) and not any(
+            x.kind == "wheel" for x in self.scene.items
+        )
+        up = np.eye(3)[1 if upright else 2]
         return model(self.scene, poses, against_gravity(self.scene, poses.directions[0], up))
 
     @cached_property

@@ -186,10 +186,7 @@ def _constraints(solution: Solution) -> Check:
     left = {c.name: float(np.abs(r).max()) for c, r in solution.constraint_residuals.items()}
     worst = max(left, key=left.__getitem__)
     return Check(
-        tr("residual of the constraints"),
-        left[worst],
-        EQUAL,
-        tr("largest at %(constraint)s", constraint=repr(worst)),
+        tr("residual of the constraints"), left[worst], EQUAL, tr("largest at %(constraint)s", constraint=repr(worst))
     )
 
 

@@ -15,10 +15,9 @@ from kane.errors import ArgumentError, cut
 from kane.expr.symbols import Symbol
 from kane.motion.solution.solution import Solution
 from kane.numeric.scale import ROUNDED_SUM
-from kane.present.chapters import Chapter, Costs, chapters_of, costs
+from kane.present.chapters import Chapter, Costs, Section, chapters_of, costs
 from kane.present.check_figures import Check, energy_text, motion_checks
 from kane.present.languages.catalogue import tr, trn
-from kane.present.linearized.chapter import Section
 from kane.present.linearized.steady_chapters import check_small_motions, sections
 from kane.present.notes import checked
 from kane.present.other_methods import WhyKane, is_small, why_kane

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The first screen of a report: the motion, its causes and its results on one time line, interactive if a kernel can run in the page.
 
-Causes: each u̇ expanded into products with their current values, if that is short; otherwise, in each row of F_r + F*_r = 0, the
-current contribution of every load and body. Results: coordinates, speeds, reactions and energy. If WebAssembly can run the motion,
+Causes: each u̇ expanded into products with their current values, if that is short, u̇_r = Σ_s M⁻¹_rs (F_s + F*_s at u̇ = 0), with M⁻¹
+in closed form for speeds that M couples at most in pairs; not with constraints or contacts. Otherwise, in each row of F_r + F*_r = 0,
+the current contribution of every load and body. Results: coordinates, speeds, reactions and energy. If WebAssembly can run the motion,
 sliders change parameters and start, and the page runs the same kernel as `kn.simulate`.
 """
 
@@ -17,10 +18,12 @@ from markupsafe import Markup
 from kane.equations.compiled import output_bundle, program
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning
-from kane.expr.build import sum_of
+from kane.expr.build import div, mul, neg, sub, sum_of
 from kane.expr.evaluation import free_symbols
+from kane.expr.forms.collect import expanded, factored
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Input, Parameter, Symbol, rate
+from kane.expr.visit import substitute
 from kane.model.contact_modes import in_mode
 from kane.motion.inputs.functions import constant
 from kane.motion.programs.contacts_wasm import contacts_module
@@ -29,7 +32,6 @@ from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.animation import MODE_COLOURS, Animation, animation_of
-from kane.present.causes import Cause, multiplied_out
 from kane.present.languages.catalogue import N_, tr
 from kane.present.overview import meaning
 from kane.present.pages import as_json, deflated
@@ -38,7 +40,7 @@ from kane.present.scene.records import Scene
 from kane.program.emit.wasm import emit_wasm, emit_wasms
 from kane.program.program import Program
 from kane.units.rules import unit_text
-from kane.write.latex import symbol_latex
+from kane.write.latex import symbol_latex, to_latex
 
 METHOD = "dop853"
 """The stepper of interactive motions."""
@@ -46,6 +48,8 @@ SAMPLES = 601
 """Number of instants of an interactive motion."""
 _ROWS, _TERMS, _LINES = 5, 8, 6
 """Largest numbers of expanded rows, terms of a row, and lines of a plot; the largest along the motion are shown."""
+_SPEEDS, _LETTERS = 4, 90
+"""Largest numbers of equations that are expanded, and of letters of a term in LaTeX."""
 _NOTHING = 1e-11
 """Fraction of the energy below which a contribution is not shown."""
 _SLIDERS = 6
@@ -108,6 +112,16 @@ class FirstScreen:
     sliders: tuple[Slider, ...]
     data: Markup
     still: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cause:
+    """A term of u̇: the load or body from which it comes, its kind, "active" or "inertia", and its LaTeX."""
+
+    source: str
+    kind: str
+    term: Expr
+    latex: str
 
 
 def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
@@ -317,3 +331,61 @@ def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slid
 
 def _unit(unit: str) -> str:
     return unit_text(unit) if unit not in ("", "1") else ""
+
+
+def multiplied_out(eom: Equations) -> Mapping[Symbol, Sequence[Cause]] | None:
+    """The terms of each u̇; None if they are too many or too long."""
+    if eom.embedding or eom.system.contacts or len(eom.speeds) > _SPEEDS:
+        return None
+    inverse = _inverse(eom)
+    forces = None if inverse is None else [_forces(eom, u) for u in eom.speeds]
+    if inverse is None or forces is None:
+        return None
+    result: dict[Symbol, Sequence[Cause]] = {}
+    for r, u in enumerate(eom.speeds):
+        shares = [(inverse[r, s], own) for s, own in enumerate(forces) if (r, s) in inverse]
+        terms = list(_terms(shares))
+        if None in terms or len(terms) > _TERMS:
+            return None
+        result[u] = [t for t in terms if t is not None]
+    return result
+
+
+def _forces(eom: Equations, u: Symbol) -> Mapping[tuple[str, str], Expr]:
+    """Contributions of loads and bodies to the equation of u, except M u̇."""
+    still = {rate(s): ZERO for s in eom.speeds}
+    own = eom.contributions(u)
+    found: dict[tuple[str, str], list[Expr]] = {}
+    for kind, parts in (("active", own.active), ("inertia", own.inertia)):
+        for c in parts:
+            found.setdefault((c.source.name, kind), []).append(substitute(c.term, still))
+    return {which: sum_of(parts) for which, parts in found.items()}
+
+
+def _terms(shares: Sequence[tuple[Expr, Mapping[tuple[str, str], Expr]]]) -> Iterator[Cause | None]:
+    """The products that each load and body adds to u̇; None in place of long ones."""
+    for which in dict.fromkeys(which for _, own in shares for which in own):
+        products = expanded(sum_of([mul(m, own[which]) for m, own in shares if which in own]))
+        for product in [None] if products is None else products:
+            term = ZERO if product is None else factored([product])
+            latex = to_latex(term)
+            yield Cause(*which, term, latex) if product is not None and len(latex) <= _LETTERS else None
+
+
+def _inverse(eom: Equations) -> Mapping[tuple[int, int], Expr] | None:
+    """The nonzero entries of M⁻¹; None if M couples more than two speeds."""
+    m, n = eom.mass_matrix, len(eom.speeds)
+    result: dict[tuple[int, int], Expr] = {}
+    for i in range(n):
+        others = [j for j in range(n) if j != i and m[i, j] is not ZERO]
+        if len(others) > 1:
+            return None
+        if not others:
+            result[i, i] = div(ONE, m[i, i])
+            continue
+        (j,) = others
+        squares = sub(mul(m[i, i], m[j, j]), mul(m[i, j], m[i, j]))
+        short = expanded(squares)
+        squares = squares if short is None else factored(short)
+        result[i, i], result[i, j] = div(m[j, j], squares), neg(div(m[i, j], squares))
+    return result

@@ -144,10 +144,7 @@ def _terms(n: int) -> str:
 
 
 _IDLE = {
-    Kind.ACTIVE_FORCE: (
-        N_("%(n)s load contributes nothing: %(names)s."),
-        "%(n)s loads contribute nothing: %(names)s.",
-    ),
+    Kind.ACTIVE_FORCE: (N_("%(n)s load contributes nothing: %(names)s."), "%(n)s loads contribute nothing: %(names)s."),
     Kind.INERTIA_FORCE: (
         N_("%(n)s body contributes nothing: %(names)s."),
         "%(n)s bodies contribute nothing: %(names)s.",

@@ -22,7 +22,7 @@ from kane.present.check_figures import Check
 from kane.present.content import Content, content_of, run_text
 from kane.present.document.latex_file import latex
 from kane.present.document.markdown import markdown
-from kane.present.document.pictures import DRAWN
+from kane.present.document.pieces import DRAWN
 from kane.present.first_screen import screen_of
 from kane.present.languages.catalogue import checked, spoken
 from kane.present.notes import written

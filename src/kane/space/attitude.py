@@ -348,7 +348,7 @@ def _entries(given: Any, shape: tuple[int, ...], what: str) -> Entries:
     try:
         e = np.asarray(rows)
         wanted = object if e.dtype == object else float
-        e = e.astype(wanted)
+        e = e if wanted is object else expect.reals(e)
     except (TypeError, ValueError) as error:
         raise SpaceError(f"Expected {what} as numbers or expressions, got {cut(repr(given))}.") from error
     if e.shape[e.ndim - len(shape) :] != shape or e.ndim < len(shape):

@@ -24,27 +24,8 @@ from kane.expr.numbers import Surd, times
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
 from kane.expr.regular import unguarded
 from kane.expr.symbols import Symbol
-from kane.write.display import (
-    PI_NAME,
-    Call,
-    Minus,
-    Name,
-    NumberTree,
-    Power,
-    Product,
-    Signed,
-    Sum,
-    Tree,
-    call,
-    name_tree,
-    number_tree,
-    product_form,
-    scaled,
-    size_of,
-    split_coefficient,
-    sum_form,
-    unsigned,
-)
+from kane.write import display
+from kane.write.display import call
 
 LONG = 40
 """Expressions with more operations than this, written out, get named intermediates."""
@@ -60,8 +41,8 @@ DEEP = 25
 class Layout:
     """Display trees: the intermediates in the order of evaluation, then the expressions asked for."""
 
-    intermediates: tuple[tuple[str, Tree], ...]
-    trees: tuple[Tree, ...]
+    intermediates: tuple[tuple[str, display.Tree], ...]
+    trees: tuple[display.Tree, ...]
 
 
 def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
@@ -73,14 +54,14 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
     chosen = set(roots if named else (r for r in roots if named is None and _is_long(r)))
     names = _choose_names(list(dict.fromkeys(r for r in roots if r in chosen)), roots) if chosen else {}
     chosen |= {r for r in roots if names and r not in chosen and _repeats(r, names)}
-    inside: _Forms = {n: (False, name_tree(text)) for n, text in names.items()}
+    inside: _Forms = {n: (False, display.name_tree(text)) for n, text in names.items()}
     bodies = []
     for node, text in names.items():
         shown = inside.pop(node)
-        bodies.append((text, unsigned(_build(node, inside, names))))
+        bodies.append((text, display.unsigned(_build(node, inside, names))))
         inside[node] = shown
     in_full: _Forms = {}
-    trees = tuple(unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots)
+    trees = tuple(display.unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots)
     return Layout(tuple(bodies), trees)
 
 
@@ -178,11 +159,11 @@ def _choose_names(roots: Sequence[Expr], shown: Iterable[Expr]) -> dict[Expr, st
 
 # From the graph to trees -------------------------------------------------------------------------------
 
-_Forms: TypeAlias = dict[Expr, Signed]
-_Plan: TypeAlias = tuple[Sequence[Expr], Callable[[_Forms], Signed]]
+_Forms: TypeAlias = dict[Expr, display.Signed]
+_Plan: TypeAlias = tuple[Sequence[Expr], Callable[[_Forms], display.Signed]]
 
 
-def _build(root: Expr, forms: _Forms, stops: Mapping[Expr, str]) -> Signed:
+def _build(root: Expr, forms: _Forms, stops: Mapping[Expr, str]) -> display.Signed:
     """The form of `root`; `forms` holds those of the named nodes `stops` and gathers the others."""
     plans: dict[Expr, _Plan] = {}
 
@@ -215,13 +196,13 @@ def _ordered(root: Expr, parts: Callable[[Expr], Sequence[Expr]]) -> list[Expr]:
 def _plan(node: Expr, stops: Mapping[Expr, str]) -> _Plan:
     op = node.op
     if isinstance(node, Symbol):
-        leaf: Signed = (False, name_tree(node.name, node))
+        leaf: display.Signed = (False, display.name_tree(node.name, node))
         return (), lambda forms: leaf
     if op is PI:
-        return (), lambda forms: (False, PI_NAME)
+        return (), lambda forms: (False, display.PI_NAME)
     if op is CONST:
         value = number_of(node)
-        return (), lambda forms: (value < 0, number_tree(size_of(value)))
+        return (), lambda forms: (value < 0, display.number_tree(display.size_of(value)))
     if op in _SUMS:
         return _plan_sum(node, stops)
     if op is MUL or op is DIV or _whole_exponent(node) is not None:
@@ -262,7 +243,9 @@ def _plan_sum(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
         else:
             terms[node] = terms.get(node, 0) + w
     left = [(n, w) for n, w in terms.items() if w]
-    return [n for n, _ in left], lambda forms: sum_form(constant, [(scaled(w, forms[n]), n) for n, w in left])
+    return [n for n, _ in left], lambda forms: display.sum_form(
+        constant, [(display.scaled(w, forms[n]), n) for n, w in left]
+    )
 
 
 def _factors(node: Expr) -> Sequence[Expr]:
@@ -312,9 +295,9 @@ def _plan_product(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
     tangents = _tangents(factors)
     left = [(n, e) for n, e in factors.items() if e]
 
-    def finish(forms: _Forms) -> Signed:
+    def finish(forms: _Forms) -> display.Signed:
         tans = [(call("tan", [forms[a]]), e, a) for a, e in tangents.items() if e]
-        return product_form(negative, coefficient, [*tans, *((forms[n], e, n) for n, e in left)])
+        return display.product_form(negative, coefficient, [*tans, *((forms[n], e, n) for n, e in left)])
 
     return [*(n for n, _ in left), *tangents], finish
 
@@ -345,7 +328,7 @@ def _tangents(factors: dict[Expr, int]) -> dict[Expr, int]:
 COMPARISON, SUM, PRODUCT, PREFIX, POWER, ATOM = range(6)
 """How firmly a tree holds together, loosest first."""
 
-Pieces: TypeAlias = "Iterator[str | Tree]"
+Pieces: TypeAlias = "Iterator[str | display.Tree]"
 
 
 class Notation(ABC):
@@ -367,7 +350,7 @@ class Notation(ABC):
     def name(self, text: str) -> str:
         """A symbol or an intermediate."""
 
-    def symbol(self, tree: Name) -> str:
+    def symbol(self, tree: display.Name) -> str:
         """A symbol or an intermediate of a tree."""
         return self.name(tree.text)
 
@@ -380,46 +363,46 @@ class Notation(ABC):
         """A number that is not negative."""
 
     @abstractmethod
-    def call(self, tree: Call) -> Pieces:
+    def call(self, tree: display.Call) -> Pieces:
         """A function of its arguments."""
 
     @abstractmethod
-    def product(self, tree: Product) -> Pieces:
+    def product(self, tree: display.Product) -> Pieces:
         """A product of powers, some of them below the line."""
 
-    def binding(self, tree: Tree) -> int:
+    def binding(self, tree: display.Tree) -> int:
         """How firmly a tree holds together."""
-        if isinstance(tree, Sum | Minus):
+        if isinstance(tree, display.Sum | display.Minus):
             return SUM
-        if isinstance(tree, Call):
+        if isinstance(tree, display.Call):
             return self.calls.get(tree.name, self.calls[""])
-        if isinstance(tree, NumberTree):
+        if isinstance(tree, display.NumberTree):
             return PRODUCT if isinstance(tree.value, Fraction | Surd) else ATOM
-        return PRODUCT if isinstance(tree, Product) else POWER if isinstance(tree, Power) else ATOM
+        return PRODUCT if isinstance(tree, display.Product) else POWER if isinstance(tree, display.Power) else ATOM
 
-    def within(self, tree: Tree, least: int) -> Pieces:
+    def within(self, tree: display.Tree, least: int) -> Pieces:
         """The tree, in brackets where it holds together less firmly than `least`."""
         if self.binding(tree) < least:
             yield from (self.brackets[0], tree, self.brackets[1])
         else:
             yield tree
 
-    def pieces(self, tree: Tree) -> Pieces:
+    def pieces(self, tree: display.Tree) -> Pieces:
         """What a tree consists of."""
-        if isinstance(tree, NumberTree):
+        if isinstance(tree, display.NumberTree):
             yield self.number(tree.value)
-        elif isinstance(tree, Name):
+        elif isinstance(tree, display.Name):
             yield self.symbol(tree)
-        elif isinstance(tree, Minus):
+        elif isinstance(tree, display.Minus):
             yield "-"
             yield from self.within(tree.body, PRODUCT)
-        elif isinstance(tree, Sum):
+        elif isinstance(tree, display.Sum):
             for i, (minus, term) in enumerate(tree.terms):
                 yield sign(minus, not i)
                 yield from self.within(term, PRODUCT)
-        elif isinstance(tree, Product):
+        elif isinstance(tree, display.Product):
             yield from self.product(tree)
-        elif isinstance(tree, Power):
+        elif isinstance(tree, display.Power):
             yield from self.within(tree.base, ATOM)
             yield from (self.power[0], *self.within(tree.exponent, self.exponent), self.power[1])
         elif tree.name == "less":
@@ -427,10 +410,10 @@ class Notation(ABC):
         else:
             yield from self.call(tree)
 
-    def write(self, tree: Tree, least: int = COMPARISON) -> str:
+    def write(self, tree: display.Tree, least: int = COMPARISON) -> str:
         """The text of a tree, in brackets where it holds together less firmly than `least`."""
         out: list[str] = []
-        stack: list[str | Tree] = [*reversed(list(self.within(tree, least)))]
+        stack: list[str | display.Tree] = [*reversed(list(self.within(tree, least)))]
         while stack:
             item = stack.pop()
             if isinstance(item, str):
@@ -444,20 +427,20 @@ class Notation(ABC):
         shown = layout((as_expr(expr),), intermediates)
         return self.defined(self.write(shown.trees[0]), shown.intermediates)
 
-    def defined(self, line: str, intermediates: Iterable[tuple[str, Tree]]) -> str:
+    def defined(self, line: str, intermediates: Iterable[tuple[str, display.Tree]]) -> str:
         """A line, and after "where" the intermediates in it."""
         definitions = [f"{self.name(name)} = {self.write(tree)}" for name, tree in intermediates]
         head, comma = self.where
         return line + (head + comma.join(definitions) if definitions else "")
 
-    def along(self, trees: Iterable[Tree], units: Iterable[str]) -> str:
+    def along(self, trees: Iterable[display.Tree], units: Iterable[str]) -> str:
         """The sum of measure numbers, each along its unit vector; "0" where there are none."""
         line = ""
         for tree, unit in zip(trees, units, strict=True):
-            minus, size = (True, tree.body) if isinstance(tree, Minus) else (False, tree)
-            if isinstance(size, Sum) and all(negative for negative, _ in size.terms):
+            minus, size = (True, tree.body) if isinstance(tree, display.Minus) else (False, tree)
+            if isinstance(size, display.Sum) and all(negative for negative, _ in size.terms):
                 minus, size = not minus, size.flipped()
-            one = isinstance(size, NumberTree) and size.value == 1
+            one = isinstance(size, display.NumberTree) and size.value == 1
             line += sign(minus, not line) + ("" if one else self.write(size, PRODUCT) + self.gap) + unit
         return line or "0"
 
@@ -491,18 +474,18 @@ class _Text(Notation):
 
     def number(self, value: Number) -> str:
         if isinstance(value, Surd):
-            over, under = split_coefficient(value.ratio)
+            over, under = display.split_coefficient(value.ratio)
             return ("" if over == 1 else f"{over}*") + f"sqrt({value.radicand})" + ("" if under == 1 else f"/{under}")
         return repr(value) if isinstance(value, float) else str(value)
 
-    def call(self, tree: Call) -> Pieces:
+    def call(self, tree: display.Call) -> Pieces:
         yield f"{tree.name}("
         for i, a in enumerate(tree.args):
             yield from (", ", a) if i else (a,)
         yield ")"
 
-    def product(self, tree: Product) -> Pieces:
-        over, under = split_coefficient(tree.coefficient)
+    def product(self, tree: display.Product) -> Pieces:
+        over, under = display.split_coefficient(tree.coefficient)
         yield from self._factors(tree.above, "" if over == 1 and tree.above else self.number(over))
         if tree.below or under != 1:
             several = len(tree.below) + (under != 1) > 1
@@ -510,7 +493,7 @@ class _Text(Notation):
             yield from self._factors(tree.below, "" if under == 1 else str(under))
             yield ")" if several else ""
 
-    def _factors(self, factors: Sequence[tuple[Tree, int]], start: str) -> Pieces:
+    def _factors(self, factors: Sequence[tuple[display.Tree, int]], start: str) -> Pieces:
         yield start
         for i, (factor, exponent) in enumerate(factors):
             yield "*" if i or start else ""

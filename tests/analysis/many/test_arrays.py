@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import bricard, four_bar, pendulums
+from kane.gallery import bricard, four_bar, pendulums, pure_rolling_disk
 from tests.peer import require
 from tests.systems import stewart
 
@@ -446,3 +446,17 @@ def test_names_of_what_a_dataset_tells_are_taken():
     eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", holonomic=[kn.distance(P, O, 1.0)]))
     with pytest.raises(kn.SimulationError, match=r"names other than instance, status, cause, residual, .*got 'status'"):
         kn.assemble(eom, q={x: PLACES, y: kn.guess(-1)})
+
+
+def test_guesses_that_no_constraint_moves_are_kept():
+    """A disk rolls without slip: constraints of its speeds alone, so that guessed coordinates are values."""
+    eom = kn.derive(pure_rolling_disk.system())
+    lean, (u1, u2, u3, *rest) = eom.coordinates[1], eom.speeds
+    q = {c: kn.guess(0.1 * k) for k, c in enumerate(eom.coordinates)}
+    u = {u1: 0.3, u2: 0.2, u3: -4.0} | {s: kn.guess(0.0) for s in rest}
+    leans = np.array([0.2, 0.3, 0.4])
+    many = kn.assemble(eom, q=q | {lean: leans}, u=u)
+    for k, value in enumerate(leans):
+        one = kn.assemble(eom, q=q | {lean: float(value)}, u=u)
+        for s, x in (*one.q.items(), *one.u.items()):
+            assert many[s.name].values[k] == pytest.approx(x, abs=1e-12)

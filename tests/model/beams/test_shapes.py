@@ -80,8 +80,8 @@ def test_foreshortening_and_its_moments() -> None:
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"kind": "clamped", "count": 2}, "Did you mean clamped-free"),
-    ({"kind": "rod", "count": 0}, "a number of modes of at least 1, got 0"),
-    ({"kind": "rod"}, "a number of modes of at least 1, got None"),
+    ({"kind": "rod", "count": 0}, "a number of modes from 1 to 1000, got 0"),
+    ({"kind": "rod"}, "a number of modes from 1 to 1000, got None"),
     ({"kind": 3}, "mode shapes as a name and a count"),
     ({"kind": [lambda x: np.abs(x - 0.3)]}, "smooth functions as mode shapes, got function 1"),
     (

@@ -140,12 +140,12 @@ def test_the_direction_down_may_be_given(shape):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda B: kn.sphere_on_plane("s", B, O, O, radius=0, normal=N.z), "positive radius of 's', got 0"),
+        (lambda B: kn.sphere_on_plane("s", B, O, O, radius=0, normal=N.z), "a radius of 's' above zero, got 0"),
         (lambda B: kn.disk_on_plane("s", B, O, O, axis=N.z, radius=1, normal=N.z), "axis of 's' fixed in B"),
         (lambda B: kn.disk_on_plane("s", B, O, O, axis=B.z, radius=1, normal=B.z), "wheel 's' not to lie flat"),
         (lambda B: kn.disk_on_plane("s", B, O, O, axis=B.z, radius=1, normal=N.z, down=B.x), "down= in the plane of the wheel"),
         (lambda B: kn.disk_on_plane("s", B, O, O, axis=B.z, radius=1, normal=N.z, down=-N.z), "down= in the plane of the wheel"),
-        (lambda B: kn.torus_on_plane("s", B, O, O, axis=B.z, radius=1, crown=-1, normal=N.z), "positive crown radius"),
+        (lambda B: kn.torus_on_plane("s", B, O, O, axis=B.z, radius=1, crown=-1, normal=N.z), "a crown radius of 's' above zero"),
         (lambda B: kn.sphere_on_plane("s", B, O, O, radius=1, normal=2 * N.z), "unit vector as the normal of 's'"),
     ],
 )  # fmt: skip

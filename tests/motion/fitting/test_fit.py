@@ -8,7 +8,8 @@ import pytest
 
 import kane as kn
 from kane.fitting import sensitivities
-from kane.gallery import load
+from kane.gallery import load, pendulum_on_cart
+from tests.gallery.test_scales import factor
 from tests.motion.derivatives.test_sensitivities import four_bar, oscillator
 from tests.peer import require
 from tests.systems.plate import plate
@@ -64,6 +65,30 @@ def test_errors_in_other_units(length, mass, time):
         return [[a[s] * units[s.name] for s in found.values] for a in (found.values, found.errors)]
 
     np.testing.assert_allclose(fitted(length, mass, time), fitted(1, 1, 1), rtol=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [1e9, 1e-5])
+def test_segments_join_in_any_units(length):
+    """A cart with a pendulum, in other units of length: gaps of angles are measured by angles, those of lengths by lengths."""
+    eom, t = kn.derive(pendulum_on_cart.system()), np.linspace(0, 2, 41)
+    noise = np.random.default_rng(1).normal(size=(2, 41))
+
+    def fitted(metre):
+        usual = {p.name: p.default * factor(p.unit, (metre, 1, 1)) for p in eom.parameters}
+        atol = 1e-10 * min(1.0, metre)
+        true = kn.simulate(
+            eom, (0, 2), q=[0.1 * metre, 2], u=[0, 0], samples=t, parameters=usual, rtol=1e-11, atol=atol
+        )
+        data = {"t": t, "x": true["x"] + 1e-3 * metre * noise[0], "theta": true["theta"] + 2e-3 * noise[1]}
+        first = usual | {"l": 0.4 * metre, "m": 1.2 * usual["m"], "c": 0.5 * usual["c"]}
+        found = kn.fit(
+            eom, data, ["l", "m", "c", "x", "theta"], q=[0, 1.9], u=[0, 0], parameters=first, segments=6,
+            sigma={"x": 1e-3 * metre, "theta": 2e-3}, rtol=1e-10, atol=atol,
+        )  # fmt: skip
+        return np.array([*found.values.values()]) / [metre, 1, 1, metre, 1]
+
+    np.testing.assert_allclose(fitted(length), fitted(1.0), rtol=1e-7)
 
 
 SETS = 100

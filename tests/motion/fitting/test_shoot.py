@@ -9,6 +9,7 @@ import pytest
 import kane as kn
 from kane.fitting import curve
 from kane.gallery import load, pendulum_on_cart
+from tests.gallery.test_scales import factor
 
 
 def pushed():
@@ -186,3 +187,99 @@ def test_few_numbers_by_many_unknowns_are_differentiated_on_the_way_back(monkeyp
     assert len(least.motion.events) == 1
     for value in (least.values[u] - 0.05, least.values[u] + 0.05):
         assert least.cost < kn.shoot(eom, span, [x, e], **cost, **given | {"u": {u: value}}).cost
+
+
+UNITS = [(1.0, 1.0, 1.0), (1e5, 1.0, 1.0), (1e3, 1e3, 1e-3), (1e-4, 1e6, 1e4)]
+"""How many of its units metre, kilogram and second are."""
+
+
+@pytest.mark.parametrize("cost", [1.0, 1e-8, 1e7])
+@pytest.mark.parametrize("scale", UNITS[1:])
+def test_a_swing_up_is_the_same_in_any_units(scale, cost):
+    """Conditions, defects and costs are compared by their sizes: the same steps, whatever the units."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    end = {"theta": np.pi, "x": 0, "u_x": 0, "u_theta": 0}
+
+    def found(scale, cost):
+        force, second = factor("N", scale), scale[2]
+        F = curve("F", np.linspace(0, 2 * second, 11))
+        given = {"q": [0, 0], "u": [0, 0], "inputs": {"F": F.expression}}
+        given["parameters"] = {p: p.default * factor(p.unit, scale) for p in eom.parameters}
+        least = min(1.0, scale[0], 1 / second, scale[0] / second)
+        bounds = dict.fromkeys(F.nodes, (-14 * force, 14 * force))
+        shot = kn.shoot(
+            eom, (0, 2 * second), F.nodes, end=end, integral=cost * F.expression**2, bounds=bounds, atol=1e-9 * least,
+            **given,
+        )  # fmt: skip
+        return np.array([*shot.values.values()]) / force, shot.steps
+
+    expected, steps = found(UNITS[0], 1.0)
+    values, own = found(scale, cost)
+    np.testing.assert_allclose(values, expected, rtol=1e-6)
+    assert own == steps
+
+
+@pytest.mark.parametrize("least", ["cost", "change"])
+@pytest.mark.parametrize("scale", UNITS)
+def test_a_ball_is_thrown_in_any_units(scale, least):
+    """In one motion to 1.2 m after 0.8 s: y + 0.8 u = 1.2 + 0.32 g, with the least u² or with the least change of both."""
+    eom = kn.derive(load("bouncing_ball").system())
+    (y,), (u,) = eom.coordinates, eom.speeds
+    metre, speed = scale[0], scale[0] / scale[2]
+    given = {"parameters": {p: p.default * factor(p.unit, scale) for p in eom.parameters}}
+    given |= {"q": {y: metre}, "u": {u: 4.5 * speed}, "end": {y: 1.2 * metre}, "atol": 1e-9 * min(1.0, metre, speed)}
+    if least == "cost":
+        given |= {"cost": u**2, "bounds": {u: (0, 6 * speed), y: (0.5 * metre, 2 * metre)}}
+    shot = kn.shoot(eom, (0, 0.8 * scale[2]), [u, y], **given)
+    way = np.array([0.8 * 4.5, 1.0])  # of u and y, each over its first value
+    one = 1.0 + way * (0.2 + 0.32 * 9.81 - way[0]) / (way @ way)
+    expected = [4.799, 0.5] if least == "cost" else one * [4.5, 1.0]
+    np.testing.assert_allclose(np.array([*shot.values.values()]) / [speed, metre], expected, rtol=1e-6)
+
+
+def test_the_size_of_an_unknown_that_begins_at_zero():
+    """A force and a speed that both begin at zero, with the least change of both: the same in any units."""
+    eom = pushed()
+    (u,), level = eom.speeds, kn.parameter("level", 0.0, "N")
+
+    def found(metre, kilogram):
+        force = metre * kilogram
+        given = {"parameters": {"m": 2 * kilogram, level: 0.0}, "inputs": {"F": level}, "atol": 1e-9 * min(1.0, metre)}
+        shot = kn.shoot(eom, (0, 1), [level, u], q=[0], u=[0], end={"x": metre}, **given)
+        return np.array([*shot.values.values()]) / [force, metre]
+
+    expected = found(1.0, 1.0)
+    np.testing.assert_allclose(
+        expected, [2.0, 0.5], rtol=1e-8
+    )  # each half of the way, as each could the whole: 4 N or 1 m/s
+    for units in ((1e4, 1.0), (1e-3, 1e5)):
+        np.testing.assert_allclose(found(*units), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("metre", [1.0, 1e5, 1e-6])
+def test_a_cost_that_begins_at_zero(metre):
+    """(x − a)² − a² at the end is least at x = a, whatever the unit: a small one is not yet a minimum."""
+    eom = pushed()
+    (x,), (u,), a = eom.coordinates, eom.speeds, metre
+    given = {"q": [0], "u": [0], "inputs": {"F": 0.0}, "bounds": {u: (-2 * metre, 3 * metre)}}
+    shot = kn.shoot(eom, (0, 1), [u], cost=(x - a) ** 2 - a**2, atol=1e-9 * min(1.0, metre), **given)
+    assert shot.values[u] == pytest.approx(metre, rel=1e-6)
+
+
+def test_more_guesses_than_constraints_are_sought_once():
+    """A pendulum of unknown length in x and y, both guessed: its derivatives and its motions keep the x that is found first."""
+    N, a = kn.Frame("N"), kn.parameter("a", 1.0)
+    x, y = kn.coordinates("x y")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x + y * N.y)
+    rod = kn.configuration_constraint("rod", x**2 + y**2 - a**2)
+    loads, bodies = [kn.gravity(-9.81 * N.y)], [kn.Particle("p", P, 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, holonomic=[rod]))
+    given = {"q": {x: kn.guess(0.6), y: kn.guess(-0.6)}, "u": {eom.speeds[0]: 0.0}}
+    s = kn.fitting.sensitivities(eom, (0, 0.4), [a], samples=2, **given)
+    first = kn.assemble(eom, **given)
+    held = next(q for q in (x, y) if s[q][0, 0] == 0)
+    assert first.q[x] == pytest.approx(2**-0.5)
+    shot = kn.shoot(eom, (0, 0.4), [a], end={"y": s.motion["y"][-1] + 0.01}, **given)
+    assert shot.start.q[held] == pytest.approx(first.q[held], rel=1e-12)
+    change = shot.values[a] - 1.0
+    assert s[y][-1, 0] * change == pytest.approx(0.01, rel=abs(3 * change))

@@ -118,7 +118,7 @@ def test_across_impacts_of_contacts():
         s = sensitivities(eom, (0, 1.2), [y, e], q={y: height}, samples=runs.t.values, **given)
         rows = np.searchsorted(s.t, runs.t.values, side="right") - 1
         np.testing.assert_array_equal(runs["y_by"].values[k], s[y][rows])
-    stopped = kn.simulate_many(eom, (0, 1.2), q={y: heights}, by=[y, e], samples=4, max_steps=8, **given, **TIGHT)
+    stopped = kn.simulate_many(eom, (0, 1.2), q={y: heights}, by=[y, e], samples=4, max_steps=4, **given, **TIGHT)
     assert set(stopped.status.values.tolist()) == {"stopped"}
     np.testing.assert_array_equal(np.isnan(stopped["y_by"]).all("by"), np.isnan(stopped["y"]))  # as they were told
     with pytest.raises(

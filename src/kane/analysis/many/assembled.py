@@ -112,7 +112,10 @@ def _follow(
     (q, left), eom = places, poses.eom
     numeric = eom.numeric()
     level = one.level
-    assert level is not None
+    if level is None:  # no constraint moves guesses
+        for i in free:
+            q[:, i] = getattr(poses.given("q").get(eom.coordinates[i]), "value", one.q[i])
+        return
     rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
     if len(rows.rows) < len(free):
         raise SimulationError(

@@ -39,18 +39,8 @@ from kane.dynamics.constraints.manifold import PointConstraints, contacts
 from kane.dynamics.constraints.partition import Embedding, embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import LoadTerm, Moving, generalized_by_motion, moving_parts
+from kane.dynamics.formulation import classical
 from kane.dynamics.formulation.change_of_speeds import ConstraintRates, by_definitions, twins
-from kane.dynamics.formulation.classical import (
-    BodyMotions,
-    about_points_at_rest,
-    embedded,
-    embedded_motions,
-    homogeneous,
-    power,
-    solved_reactions,
-    squares,
-    unguarded_classical,
-)
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sum_of
 from kane.expr.differentiation import affine_forms
@@ -84,7 +74,7 @@ _FEW = 6
 def reactions(
     derived: Derived,
     e: Embedding | None,
-    moving: BodyMotions,
+    moving: classical.BodyMotions,
     u_dot: Mapping[Expr, Expr],
     matrix: Matrix,
     w: ConstraintRates | None,
@@ -108,11 +98,11 @@ def reactions(
         about: Sequence[LoadTerm] | None = None,
         product: Callable[[Vector, Vector], Expr] = _dot_along,
     ) -> tuple[Expr, ...]:
-        found = solved_reactions(matrix, _remainders(derived, e, terms, about or terms, product))
+        found = classical.solved_reactions(matrix, _remainders(derived, e, terms, about or terms, product))
         return tuple(map(w.held, found) if w else found)
 
     def about_rest(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
-        pivoted = about_points_at_rest(bodies, derived.kinematics)
+        pivoted = classical.about_points_at_rest(bodies, derived.kinematics)
         resting = pivoted and whole([f if m is f else f._replace(center=_STILL) for m, f in zip(*pivoted, strict=True)])
         return solved(whole(bodies), resting, Vector.dot)
 
@@ -132,7 +122,7 @@ def _given(derived: Derived, u_dot: Mapping[Expr, Expr]) -> dict[Expr, Following
 
 def _along_inertial(
     derived: Derived,
-    moving: BodyMotions,
+    moving: classical.BodyMotions,
     u_dot: Mapping[Expr, Expr],
     reactions_of: Callable[[Sequence[Moving]], tuple[Expr, ...]],
 ) -> tuple[Expr, ...]:
@@ -237,7 +227,7 @@ class Candidate(NamedTuple):
     """A solution in the speeds of `solution.derived`, the motions used, and rates of constraints among the speeds, which vanish."""
 
     solution: Solved
-    moving: BodyMotions | None
+    moving: classical.BodyMotions | None
     w: ConstraintRates | None = None
 
 
@@ -271,23 +261,23 @@ def in_declared_speeds(
 def _candidates(
     choices: Sequence[Variant], d: Derived, e: Embedding, particles: Mapping[Point, ContactPoint], coupled: bool
 ) -> Iterator[Candidate]:
-    motions = cache(lambda: embedded_motions(d, e, particles))
+    motions = cache(lambda: classical.embedded_motions(d, e, particles))
     for choice in choices:
         if choice.bias in ("power", "squares"):
-            if homogeneous(d, e):
-                yield Candidate((power if choice.bias == "power" else squares)(d, e), all_speeds(d))
+            if classical.homogeneous(d, e):
+                yield Candidate((classical.power if choice.bias == "power" else classical.squares)(d, e), all_speeds(d))
         elif choice.embedding == "after":
-            yield Candidate(unguarded_classical(d, e.partition, e), None if coupled else all_speeds(d))
+            yield Candidate(classical.unguarded_classical(d, e.partition, e), None if coupled else all_speeds(d))
         else:
             moving = motions()
             resting = choice.about == "point at rest"
-            bodies = about_points_at_rest(moving.bodies, moving.kinematics) if resting else None
-            yield Candidate(embedded(d, e, moving, bodies, carried=choice.bias == "momenta"), moving)
+            bodies = classical.about_points_at_rest(moving.bodies, moving.kinematics) if resting else None
+            yield Candidate(classical.embedded(d, e, moving, bodies, carried=choice.bias == "momenta"), moving)
 
 
-def all_speeds(derived: Derived) -> BodyMotions:
+def all_speeds(derived: Derived) -> classical.BodyMotions:
     """The motions of bodies in all speeds."""
-    return BodyMotions(derived.speeds, derived.kinematics, derived.bodies)
+    return classical.BodyMotions(derived.speeds, derived.kinematics, derived.bodies)
 
 
 # Dependent speeds --------------------------------------------------------------------------------------------------------

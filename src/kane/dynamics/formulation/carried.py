@@ -27,17 +27,7 @@ from kane.kinematics.segments import JointStep, Segments
 from kane.model.bodies import Part
 from kane.space.frame import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
-from kane.tree.triples import (
-    NO_ROWS,
-    Turn,
-    as_rows,
-    mirrored,
-    negative,
-    summed,
-    summed_rows,
-    times,
-    triple,
-)
+from kane.tree.triples import NO_ROWS, Turn, as_rows, mirrored, negative, summed, summed_rows, times, triple
 from kane.tree.values import NO_MASS, Rigid
 
 

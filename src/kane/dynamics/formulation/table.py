@@ -40,16 +40,8 @@ from kane.dynamics.formulation.candidates import (
     with_short_quotients,
     with_short_rates,
 )
-from kane.dynamics.formulation.change_of_speeds import (
-    absolute,
-    by_mass_centre,
-    constraint_speeds,
-)
-from kane.dynamics.formulation.classical import (
-    classical,
-    holds_reactions,
-    unguarded_classical,
-)
+from kane.dynamics.formulation.change_of_speeds import absolute, by_mass_centre, constraint_speeds
+from kane.dynamics.formulation.classical import classical, holds_reactions, unguarded_classical
 from kane.dynamics.formulation.recursive import BENT, WAYS, by_recursion, carrying, recursions
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError, ModelError, ReactionError, SingularError

@@ -422,11 +422,7 @@ def _momenta(derived: Derived) -> Iterator[Integral]:
     root = bodies[0].part.mass_center.root()
     vectors = (
         ("linear momentum", linear_momentum(bodies), "no external force acts along it"),
-        (
-            f"angular momentum about {root.name}",
-            angular_momentum(bodies, root),
-            "no external moment acts about it",
-        ),
+        (f"angular momentum about {root.name}", angular_momentum(bodies, root), "no external moment acts about it"),
         (
             "central angular momentum",
             central_angular_momentum(bodies),

@@ -23,6 +23,7 @@ from kane.dynamics.formulation.joint_cuts import ancestry
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of
+from kane.expect import is_list
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.kinematics.velocities import acceleration_form
@@ -96,7 +97,7 @@ def _looked_up(system: System, place: Any) -> Joint | Point | Frame | tuple[Cons
         return place
     if isinstance(place, str):
         return _by_name(system, place)
-    wanted = (place,) if isinstance(place, Constraint) else tuple(place) if isinstance(place, Iterable) else (place,)
+    wanted = (place,) if isinstance(place, Constraint) else tuple(place) if is_list(place) else (place,)
     strangers = [getattr(c, "name", None) or cut(repr(c)) for c in wanted if c not in set(system.constraints)]
     if strangers or not wanted:
         raise ReactionError(

@@ -14,7 +14,7 @@ A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂
 that satisfy them, but for what is along a constraint's force.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
 from typing import Any, NamedTuple
@@ -26,6 +26,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, sample_points, states
 from kane.errors import KaneError, PotentialError, cut, warn
+from kane.expect import is_list
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, gradient
 from kane.expr.evaluation import free_symbols, price
@@ -234,7 +235,7 @@ class FoundPotential(Immutable):
 
 def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> FoundPotential:
     """See Equations.find_potential."""
-    if loads is not None and (isinstance(loads, str) or not isinstance(loads, Iterable)):
+    if loads is not None and not is_list(loads):
         loads = (loads,)
     own = derived.system.all_loads() if loads is None else tuple(_load_named(derived, x) for x in loads)
     q = derived.system.coordinates

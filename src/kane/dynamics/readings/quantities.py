@@ -13,16 +13,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.regularity import (
-    check_left_out,
-    check_mass_matrix,
-    check_on_constraints,
-    check_pivots,
-    check_rates,
-    concerned,
-    reading,
-    with_regular_rates,
-)
+from kane.dynamics.readings import regularity
 from kane.dynamics.solved import Reading, Solved
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut
 from kane.expr.differentiation import Affine, tangent
@@ -240,16 +231,16 @@ def _numbers(solved: Solved, read: Reading, values: Mapping[Expr, Any], held: bo
     """The checked values of a reading."""
     found, plain = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
-        check_on_constraints(solved, read.names, found[read.asked : read.asked + 2 * len(read.names)])
+        regularity.check_on_constraints(solved, read.names, found[read.asked : read.asked + 2 * len(read.names)])
     numbers = of_one_shape(found[: read.asked])
     if held:
-        check_rates(solved, values, numbers)
+        regularity.check_rates(solved, values, numbers)
     if solved.dependent_speeds:
-        check_pivots(solved, plain, values, numbers)
-        numbers = check_left_out(solved, read.concerned, values, numbers)
+        regularity.check_pivots(solved, plain, values, numbers)
+        numbers = regularity.check_left_out(solved, read.concerned, values, numbers)
     else:
         pivots = found[read.asked + 2 * len(read.names) :]
-        numbers = check_mass_matrix(solved, read, values, numbers, pivots)
+        numbers = regularity.check_mass_matrix(solved, read, values, numbers, pivots)
     return numbers
 
 
@@ -267,12 +258,14 @@ def _check_shapes(values: Mapping[Expr, Any], error: ValueError) -> None:
 
 def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> Reading:
     """The reading of expressions with solved values for symbols that are not `known`."""
-    found = reading(solved, _walked(solved, roots), known)
-    found = found._replace(concerned=concerned(solved, found.walk.roots[: found.asked]))
+    found = regularity.reading(solved, _walked(solved, roots), known)
+    found = found._replace(concerned=regularity.concerned(solved, found.walk.roots[: found.asked]))
     pivots = solved.free_pivots if found.concerned else {}
     if not solved.rate_guards and not pivots:
         return found
-    return found._replace(walk=Walk([*with_regular_rates(solved, found.walk.roots), *pivots, *pivots.values()]))
+    return found._replace(
+        walk=Walk([*regularity.with_regular_rates(solved, found.walk.roots), *pivots, *pivots.values()])
+    )
 
 
 def _walked(solved: Solved, roots: Sequence[Expr]) -> Walk:

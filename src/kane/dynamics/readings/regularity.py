@@ -19,7 +19,7 @@ from kane.dynamics.solved import Pivot, Reading, Solved
 from kane.errors import SimulationError, SingularError, ValueMissingError, cut, warn
 from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
 from kane.expr.node import Expr, postorder
-from kane.expr.ops import DIV, GONE, WHERE
+from kane.expr.ops import DIV, GONE, SYMBOL, WHERE
 from kane.expr.regular import factors, guarding, guards_below, unguarded
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituting
@@ -40,7 +40,10 @@ def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
         numbers = np.array(evaluate(order, given), dtype=float) if order else np.zeros(0)
         if np.isfinite(numbers).all():
             continue
-        node = order[int(np.flatnonzero(~np.isfinite(numbers))[0])]
+        first = int(np.flatnonzero(~np.isfinite(numbers))[0])
+        node = order[first]
+        if node.op is SYMBOL:
+            return f"{load.name} is undefined here, as {node} is {numbers[first]:g}. Correct the function that gives its value"
         by = (
             f"{cut(str(node), 80)} divides by {cut(str(node.args[1]))} = 0"
             if node.op is DIV

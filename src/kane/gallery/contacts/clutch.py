@@ -9,11 +9,7 @@ import kane as kn
 
 TITLE = "clutch between engine and load"
 SOURCES = ("Pfeiffer, F., Glocker, C. (1996), Multibody Dynamics with Unilateral Contacts, Wiley, ch. 8.",)
-START = {
-    "q": {"phi": 0.0, "phi_l": 0.0},
-    "u": {"u_phi": 150.0, "u_phi_l": 0.0},
-    "inputs": {"P": 3000.0, "T": 80.0},
-}
+START = {"q": {"phi": 0.0, "phi_l": 0.0}, "u": {"u_phi": 150.0, "u_phi_l": 0.0}, "inputs": {"P": 3000.0, "T": 80.0}}
 
 
 def system() -> kn.System:

@@ -15,11 +15,7 @@ SOURCES = (
 )
 _ALPHA, _TILT = 0.2, 0.1
 START = {
-    "q": {
-        "x": math.sin(_ALPHA) - math.sin(_ALPHA - _TILT),
-        "y": math.cos(_ALPHA - _TILT),
-        "theta": -_TILT,
-    },
+    "q": {"x": math.sin(_ALPHA) - math.sin(_ALPHA - _TILT), "y": math.cos(_ALPHA - _TILT), "theta": -_TILT},
     "u": {"u_x": 0.0, "u_y": 0.0, "u_theta": 0.0},
 }
 """It stands on its right corner, tilted to the right."""

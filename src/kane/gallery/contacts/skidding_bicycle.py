@@ -46,10 +46,7 @@ def system() -> kn.System:
         )
         for end, body, axis, r, down in wheels
     ]
-    brakes = [
-        kn.joints.clutch("rear brake", R, B, B.y, T_R),
-        kn.joints.clutch("front brake", F, H, H.y, T_F),
-    ]
+    brakes = [kn.joints.clutch("rear brake", R, B, B.y, T_R), kn.joints.clutch("front brake", F, H, H.y, T_F)]
     speeds = whipple_bicycle.definitions(frames, delta, theta_F, P)["rates"]
     return kn.System(
         N,

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from kane.expr.node import ZERO, Expr, constant_value
-from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import by_elements, kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, FileReading, quantity
 from kane.interop.autolev.functions import center, expression, frame_of, mass, output, point_of, scalars, word
@@ -95,7 +94,10 @@ def _defined(r: FileReading, arg: Any, line: Line) -> Expr:
     """A scalar, which may be defined in the argument: mA = 640 kg."""
     if arg.data != "named":
         tree = arg.children[0]
-        value = quantity(r, tree, arg.children[1], line) if _known(r, tree, line) else _new(r, tree, line)
+        token = _token(tree)
+        if token is not None and str(token).lower() not in (*r.sheet.symbols, *r.sheet.values, "pi"):
+            return r.sheet.parameter(str(token))
+        value = quantity(r, tree, arg.children[1], line)
         return value if isinstance(value, Expr) else r.scalar(tree, line)
     return defined(r, str(_token(arg.children[0])), arg.children[2], arg.children[3], line)
 
@@ -111,15 +113,6 @@ def defined(r: FileReading, name: str, tree: Any, unit: Any, line: Line) -> Expr
         return symbol
     r.sheet.late[symbol] = r.sheet.values[name.lower()] = value
     return value
-
-
-def _known(r: FileReading, tree: Any, line: Line) -> bool:
-    token = _token(tree)
-    return token is None or str(token).lower() in (*r.sheet.symbols, *r.sheet.values, "pi")
-
-
-def _new(r: FileReading, tree: Any, line: Line) -> Parameter:
-    return r.sheet.parameter(str(_token(tree)))
 
 
 def _token(tree: Any) -> Any:

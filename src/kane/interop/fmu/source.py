@@ -65,7 +65,9 @@ class FmuContent:
         return () if self.modes else self.equations.events
 
 
-def unit_of(eom: Equations, name: str, method: str, start: UnitStart, outputs: Mapping[str, Any] | None) -> FmuContent:
+def unit_content(
+    eom: Equations, name: str, method: str, start: UnitStart, outputs: Mapping[str, Any] | None
+) -> FmuContent:
     """The content of a unit; if contacts change modes, with all modes."""
     if not eom.system.modes_change:
         compiled = eom.compile(name=name, outputs=outputs)

@@ -19,7 +19,7 @@ from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
 from kane.expr.piecewise import Piecewise, Table, table_of
 from kane.expr.regular import unguarded
 from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
-from kane.interop.names import FreeNames
+from kane.interop.imported import FreeNames
 from kane.space.vector import Parts, Vector
 
 WIDTH = 118

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A system from a robot's record: frames and points of its links, joints, loads, constraints and contacts.
+"""A system from a robot's record: frames and points of its links, joints, loads, constraints, tendons, actuators and contacts.
 
 Coordinates are named q_<joint>, speeds u_<joint>, inputs tau_<joint>, or as their actuators; parameters of a link are m_<link>,
 c_x_<link>, …, I_xx_<link>, ….
@@ -8,32 +8,130 @@ A rotor (armature a) is the inertia of a massless disk that rotates by the joint
 q̇²; it does not couple to the motion of the links.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from keyword import kwlist
 from math import inf
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from kane import expect
 from kane.equations.state import State, guess
-from kane.errors import ModelError, listed_warnings, warn
-from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Input, Speed
-from kane.interop.imported import Imported, Remark
-from kane.interop.robots.making import KINDS, Making, Options, on_joint, plain, turned, vector
-from kane.interop.robots.records import DOFS, Move, Robot, RobotLink
-from kane.interop.robots.ties import close, couple, drive, exert, strung
+from kane.errors import ModelError, cut, listed_warnings, warn
+from kane.expr import operators
+from kane.expr.build import sum_of
+from kane.expr.differentiation import time_derivative
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import Coordinate, Input, Parameter, Speed, StateVariable
+from kane.interop.imported import FreeNames, Imported, Remark, Remarks
+from kane.interop.robots.records import DOFS, Actuation, Closure, Coupling, Move, Robot, RobotLink, Strand
 from kane.model.bodies import Particle, RigidBody
-from kane.model.contacts import stiction, stop
+from kane.model.constraints import Constraint, coincident, configuration_constraint
+from kane.model.contacts import ContactLaw, rope, stiction, stop
+from kane.model.joints.closing import close_weld
 from kane.model.joints.joint import Joint, ball, free, pin, planar, slider
-from kane.model.loads import Force, Load, action_reaction, gravity, torque_pair
+from kane.model.loads import Force, Gravity, Load, action_reaction, gravity, torque_pair
 from kane.model.solids import inertia
 from kane.model.system import System
-from kane.numeric.scale import DECLARED, NO_SIZE
+from kane.numeric.arrays import Array
+from kane.numeric.scale import DECLARED, LAST_DIGIT, NO_SIZE
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
+
+Symbolic = Literal["none", "masses", "all"]
+KINDS = ("none", "masses", "all")
+LONGEST = 80
+"""The number of characters of a name that are kept in an identifier."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Options of the import."""
+
+    parameters: Symbolic = "all"
+    stops: bool = False
+    damping: bool = True
+    friction: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Making:
+    """The system under construction."""
+
+    robot: Robot
+    options: Options
+    ground: Frame
+    origin: Point
+    frames: list[Frame] = field(default_factory=list)
+    points: list[Point] = field(default_factory=list)
+    falling: list[Vector] = field(default_factory=list)
+    carriers: dict[int, int] = field(default_factory=lambda: {-1: -1})
+    remarks: Remarks = field(default_factory=Remarks)
+    bodies: list[Any] = field(default_factory=list)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    moves: dict[str, Move] = field(default_factory=dict)
+    loads: list[Load | Gravity] = field(default_factory=list)
+    efforts: dict[str, list[Expr]] = field(default_factory=dict)
+    states: dict[StateVariable, Expr] = field(default_factory=dict)
+    inputs: dict[str, Input] = field(default_factory=dict)
+    holonomic: list[Constraint] = field(default_factory=list)
+    contacts: list[ContactLaw] = field(default_factory=list)
+    dependent: list[Coordinate] = field(default_factory=list)
+    names: dict[str, FreeNames] = field(
+        default_factory=lambda: {of: FreeNames(kwlist) for of in ("links", "joints", "symbols")}
+    )
+    called: dict[str, dict[str, str]] = field(default_factory=lambda: {"links": {}, "joints": {}, "inputs": {}})
+
+    def placed(self, link: int) -> tuple[Frame, Point]:
+        """The frame and origin of a link, or of the ground."""
+        return (self.ground, self.origin) if link < 0 else (self.frames[link], self.points[link])
+
+    def identifier(self, of: str, name: str, what: str, where: str = "") -> str:
+        """A unique identifier among links, joints or symbols for the object `what` of this name; a remark notes a changed name."""
+        result = self.names[of].identifier(name[:LONGEST], what)
+        if result != name:
+            self.remarks.say("inferred", f"{what} {cut(name)!r} is called {result}", where)
+        return result
+
+    def parameter(self, name: str, value: float, unit: str, what: str, kinds: tuple[str, ...] = ("all",)) -> Expr:
+        """A number of the robot, as a parameter if the option `parameters` is in `kinds`; zero stays a constant."""
+        if value == 0 or self.options.parameters not in kinds:
+            return as_expr(float(value))
+        return Parameter.declare(self.identifier("symbols", name, "parameter"), float(value), unit, what)
+
+    def coordinate(self, joint: str) -> Coordinate:
+        """The coordinate of a joint that has exactly one."""
+        return self.joints[joint].coordinates[0]
+
+
+def vector(frame: Frame, v: Array) -> Vector:
+    """The vector with these measure numbers."""
+    return frame.x * float(v[0]) + frame.y * float(v[1]) + frame.z * float(v[2])
+
+
+def turned(frame: Frame, name: str, rotation: Array) -> Frame:
+    """The frame rotated by direction cosines; `frame` itself for the identity."""
+    if np.array_equal(rotation, np.eye(3)):
+        return frame
+    return frame.rotate_matrix(name, [[as_expr(float(x)) for x in row] for row in rotation])
+
+
+def plain(rotation: Array) -> Array:
+    """Direction cosines with exact zeros and ones."""
+    r = np.where(np.abs(rotation) <= LAST_DIGIT, 0.0, rotation)
+    return np.where(np.abs(np.abs(r) - 1) <= LAST_DIGIT, np.sign(r), r)
+
+
+def on_joint(joint: Joint, effort: Any, name: str) -> Load:
+    """A torque or force along the axis of a pin or slider, and its opposite on the parent."""
+    if joint.kind == "pin":
+        return torque_pair(joint.frame, joint.parent, joint.axis * effort, name)
+    return action_reaction(joint.point, joint.at, joint.axis * effort, name)
+
 
 UNITS = {"hinge": "N*m", "slide": "N"}
 
@@ -296,3 +394,128 @@ def _start(made: Making, system: System) -> State:
         states=dict.fromkeys(system.states, 0.0),
         inputs=dict.fromkeys(system.inputs, 0.0),
     )
+
+
+class Strung(NamedTuple):
+    """A tendon's length, and where its tension acts: pairs of points, and joints with their moment arms."""
+
+    length: Expr
+    ends: tuple[tuple[Point, Point], ...]
+    arms: tuple[tuple[Joint, float], ...]
+    on: Mapping[str, float]
+
+    def effort(self, f: Expr, name: str) -> list[Load]:
+        """The loads of a force f that lengthens it."""
+        spans = [(q, p, q.position(p)) for p, q in self.ends]
+        pushes = [action_reaction(q, p, r * (f / r.magnitude()), f"{name} {k}") for k, (q, p, r) in enumerate(spans, 1)]
+        return [*pushes, *(on_joint(j, f * arm, f"{name} on {j.name}") for j, arm in self.arms)]
+
+
+def couple(made: Making, c: Coupling, strands: Mapping[str, Strung]) -> None:
+    """Adds a constraint between the values of two joints or tendons, or on one of them."""
+    y, x = (
+        ZERO if not n else made.coordinate(n) if c.what == "joint" else strands[n].length for n in (c.first, c.second)
+    )
+    x = as_expr(x - c.zeros[1])
+    course = sum_of(x**n * k if n else as_expr(k) for n, k in enumerate(c.coefficients))
+    made.holonomic.append(configuration_constraint(c.name, y - c.zeros[0] - course))
+    if isinstance(y, Coordinate) and y not in set(made.dependent):
+        made.dependent.append(y)
+
+
+def _point(made: Making, link: int, name: str, offset: Array) -> Point:
+    frame, point = made.placed(link)
+    return point.at(name, vector(frame, offset))
+
+
+def close(made: Making, c: Closure) -> None:
+    """Adds the constraints of a loop closure."""
+    name = made.identifier("joints", c.name, "closure", c.where)
+    if made.carriers[c.first] == made.carriers[c.second]:
+        made.remarks.say("ignored", f"the closure {c.name!r} of bodies without relative motion", c.where)
+        return
+    first = _point(made, c.first, f"{name} first", c.on_first.offset)
+    second = _point(made, c.second, f"{name} second", c.on_second.offset)
+    if c.kind == "connect":
+        n = made.ground
+        made.holonomic.extend(coincident(second, first, (n.x, n.y, n.z), name=name))
+        return
+    frames = [
+        turned(made.placed(link)[0], f"{name} {side}", p.rotation)
+        for link, side, p in ((c.first, "first", c.on_first), (c.second, "second", c.on_second))
+    ]
+    made.holonomic.extend(close_weld(name, first, frames[0], second, frames[1]))
+
+
+def strung(made: Making, s: Strand) -> Strung:
+    """A tendon; adds its spring, damper and limits."""
+    name = made.identifier("joints", s.name, "tendon", s.where)
+    points = [_point(made, link, f"{name} {k}", offset) for k, (link, offset) in enumerate(s.points, 1)]
+    ends = tuple(pairwise(points))
+    arms = tuple((made.joints[j], arm) for j, arm in s.arms.items())
+    lengths = [q.position(p).magnitude() for p, q in ends]
+    length = sum_of([*lengths, *(j.coordinates[0] * arm for j, arm in arms)])
+    tendon = Strung(length, ends, arms, s.arms)
+    if s.stiffness:
+        low, high = s.rest
+        slack = operators.where(
+            operators.less(length, low), length - low, operators.where(operators.less(high, length), length - high, 0)
+        )
+        stretch = length - low if low == high else slack
+        made.loads.append(Load.from_potential(s.stiffness * stretch**2 / 2, f"spring of {name}"))
+    if s.damping:
+        made.loads.extend(tendon.effort(time_derivative(length) * -s.damping, f"damper of {name}"))
+    low, high = s.limits
+    if made.options.stops and np.isfinite(high):
+        made.contacts.append(rope(name, points, high) if points else stop(f"{name} upper", high - length))
+    if made.options.stops and np.isfinite(low) and not (points and low <= 0):
+        made.contacts.append(stop(f"{name} lower", length - low))
+    return tendon
+
+
+def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
+    """Adds an actuator's input and effort; a position or velocity servo feeds back the length and its rate."""
+    name = made.identifier("symbols", d.name, "actuator", d.where)
+    control = Input.declare(name, None, "", f"actuator {name}")
+    made.inputs[name] = control
+    made.called["inputs"][d.name] = name
+    length = as_expr((strands[d.strand].length if d.strand else made.coordinate(d.joint)) * d.gear)
+    rate = time_derivative(length)
+    acting: Expr = control
+    if d.dynamics:
+        acting = StateVariable.declare(
+            made.identifier("symbols", f"act_{name}", "state"), 0.0, "", f"activation of {name}"
+        )
+        made.states[acting] = control if d.dynamics == "integrator" else (control - acting) / d.time_constant
+    gain, bias = (k[0] + length * k[1] + rate * k[2] for k in (d.gain, d.bias))
+    effort = acting * gain + bias
+    if d.bounds is not None:
+        effort = operators.min(operators.max(effort, d.bounds[0]), d.bounds[1])
+    effort = as_expr(effort * d.gear)
+    if d.strand and strands[d.strand].ends:
+        for joint in _limited_within(made.robot, d.strand):
+            text = f"joint {joint!r}: a limit on actuator forces, without that of {d.name!r} along its tendon"
+            made.remarks.say("refused", text, made.moves[joint].where)
+        made.loads.extend(strands[d.strand].effort(effort, f"actuator {name}"))
+        return
+    for joint, arm in strands[d.strand].on.items() if d.strand else ((d.joint, 1.0),):
+        made.efforts.setdefault(joint, []).append(effort * arm)
+
+
+def _limited_within(robot: Robot, strand: str) -> list[str]:
+    """Joints with force limits that move some of a tendon's points but not all."""
+    (points,) = (s.points for s in robot.strands if s.name == strand)
+    moved: Counter[str] = Counter()
+    for link, _ in points:
+        while link >= 0:
+            moved.update(m.name for m in robot.links[link].moves if m.force_limits is not None)
+            link = robot.links[link].parent
+    return [joint for joint, count in moved.items() if count < len(points)]
+
+
+def exert(made: Making) -> None:
+    """Adds the total efforts of actuators on joints, within the joints' limits."""
+    for joint, efforts in made.efforts.items():
+        bounds, whole = made.moves[joint].force_limits, sum_of(efforts)
+        effort = whole if bounds is None else operators.min(operators.max(whole, bounds[0]), bounds[1])
+        made.loads.append(on_joint(made.joints[joint], effort, f"actuators on {made.joints[joint].name}"))

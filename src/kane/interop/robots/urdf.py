@@ -18,8 +18,7 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut, none_of
 from kane.interop.imported import Imported, Remarks
-from kane.interop.robots.build import built
-from kane.interop.robots.making import Options, Symbolic, plain
+from kane.interop.robots.build import Options, Symbolic, built, plain
 from kane.interop.robots.records import Coupling, Kind, LinkShape, Move, Placement, Robot, RobotLink
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array

@@ -17,8 +17,7 @@ from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes, pi
 from kane.expr.ops import COS, SIN
 from kane.expr.symbols import Coordinate, Input, Parameter, Rate
 from kane.interop.driven import GivenRates, New, spinning, turned_about, turned_freely
-from kane.interop.imported import Remarks
-from kane.interop.names import FreeNames
+from kane.interop.imported import FreeNames, Remarks
 from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import COUNT, States
 from kane.numeric.arrays import Array

@@ -17,8 +17,7 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate, time
 from kane.expr.visit import substituted
-from kane.interop.imported import Imported, Remarks
-from kane.interop.names import FreeNames
+from kane.interop.imported import FreeNames, Imported, Remarks
 from kane.interop.sympy_mechanics.frames import Frames, euler_sets
 from kane.interop.sympy_mechanics.given import Given, read, tree
 from kane.interop.sympy_mechanics.names import Translation

@@ -14,8 +14,7 @@ from kane import expect
 from kane.errors import ExpressionError, cut
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, time
-from kane.interop.imported import Remarks
-from kane.interop.names import FreeNames
+from kane.interop.imported import FreeNames, Remarks
 from kane.interop.sympy import from_sympy
 from kane.interop.sympy_mechanics.given import Given
 

@@ -19,8 +19,7 @@ from kane.expr.node import ZERO
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Reaction
 from kane.expr.visit import substituted
 from kane.interop.driven import moved
-from kane.interop.imported import Remarks
-from kane.interop.names import FreeNames
+from kane.interop.imported import FreeNames, Remarks
 from kane.interop.sympy_mechanics.frames import Frames
 from kane.interop.sympy_mechanics.given import Given, paths_from
 from kane.interop.sympy_mechanics.names import Translation

@@ -203,7 +203,7 @@ class Beam(Immutable):
             expected = f"a load per length on {self.name} as a Vector, or a function of ξ that gives one"
             expect.instance(v, Vector, expected, "Say along which axis it acts: p*N.y.")
             forces.append((self.point_at(float(x)), v * mul(constant(float(w)), self.length)))
-        return Load(name or f"load along {self.name}", tuple(forces))
+        return Load(expect.label(name) or f"load along {self.name}", tuple(forces))
 
     def _section_at(self, xi: Any) -> tuple[Point, Frame]:
         share = self._share(xi)

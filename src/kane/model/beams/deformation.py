@@ -34,7 +34,7 @@ from kane.model.joints.joint import mirrored
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import QuadratureRule, gauss
 from kane.numeric.rank import singular
-from kane.numeric.sampling import default_of
+from kane.numeric.sampling import positive
 from kane.numeric.scale import EQUAL, STATE_RANK, STEEP, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -137,11 +137,7 @@ def measure(who: str, what: str, given: Any, which: str = "") -> Expr:
     value = as_expr(given)
     if not all(isinstance(s, Parameter) for s in free_symbols([value])):
         raise ModelError(f"Expected {what} of {who} in parameters and numbers, got {cut(value)}. Use a kn.parameter.")
-    number = default_of(value)
-    if number is not None and not number > 0:
-        came = f"{number:g}" if constant_value(value) is not None else f"{cut(value)} = {number:g}"
-        raise ModelError(f"Expected {what} of {who} above zero, got {came}. Check its sign, or the default.")
-    return in_parameters(who, what, value, which)
+    return in_parameters(who, what, positive(value, f"{what} of {who}"), which)
 
 
 def in_parameters(who: str, what: str, value: Expr, which: str = "", meaning: str = "") -> Expr:

@@ -28,30 +28,15 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, none_of
 from kane.expr.build import add, div, mul, sqrt
-from kane.expr.node import ONE, ZERO, Expr, as_expr, constant
+from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.symbols import Coordinate, rate
-from kane.model.beams.deformation import (
-    SHEAR,
-    Field,
-    Fields,
-    Share,
-    Tapered,
-    cleaned,
-    combined,
-    fine,
-    in_parameters,
-    moments_beyond,
-    quadratic,
-    rounded,
-    section_frame,
-    stations,
-)
+from kane.model.beams import deformation
 from kane.model.beams.shape_functions import ModeShapes, slopes
 from kane.model.bodies import Part
 from kane.model.joints.joint import mirrored
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, product
-from kane.numeric.sampling import default_of
+from kane.numeric.sampling import not_negative
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
@@ -60,16 +45,16 @@ from kane.space.vector import Dyadic, Vector
 class Matter(NamedTuple):
     """Mass per length, and moments of inertia per length, where used: about the axis, and about the axis of each bending."""
 
-    mass: Tapered
-    polar: Tapered | None
-    rotary: tuple[Tapered, ...] = ()
+    mass: deformation.Tapered
+    polar: deformation.Tapered | None
+    rotary: tuple[deformation.Tapered, ...] = ()
 
 
-def particles(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]:
+def particles(name: str, root: Point, whole: deformation.Fields, matter: Matter) -> list[Part]:
     """Particles at the stations of the nonlinear form."""
     shapes = [f.shapes for f in whole.shifting]
     bending = [f.shapes for f in whole.sagging] if whole.stiffening else []
-    rule = stations(shapes, bending, matter.mass.share)
+    rule = deformation.stations(shapes, bending, matter.mass.share)
     shares = rule.weights * matter.mass.share(rule.places)
     total = mul(matter.mass.value, whole.length)
     return [
@@ -78,7 +63,7 @@ def particles(name: str, root: Point, whole: Fields, matter: Matter) -> list[Par
     ]
 
 
-def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]:
+def sharing(name: str, root: Point, whole: deformation.Fields, matter: Matter) -> list[Part]:
     """Points with shared momentum, of the linearized form."""
     places: list[tuple[str, Vector]] = [("axis", whole.axis * whole.length)]
     for f in whole.shifting:
@@ -108,29 +93,29 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
     return parts
 
 
-def _mu(whole: Fields, matter: Matter) -> Array:
+def _mu(whole: deformation.Fields, matter: Matter) -> Array:
     """μ of 1, ξ and the functions of all deformations, each divided by its unit, in units of ρA L."""
-    rule = fine([f.shapes for f in whole.shifting], matter.mass.share)
+    rule = deformation.fine([f.shapes for f in whole.shifting], matter.mass.share)
     x = rule.places
     values = np.hstack(
         [np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) / f.shapes.units for f in whole.shifting)]
     )
-    mu = cleaned(rule.gram(values, values, matter.mass.share(x)), ROUNDED)
-    return rounded((mu + mu.T) / 2, matter.mass.share.root)
+    mu = deformation.cleaned(rule.gram(values, values, matter.mass.share(x)), ROUNDED)
+    return deformation.rounded((mu + mu.T) / 2, matter.mass.share.root)
 
 
-def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
+def _shortening_moments(whole: deformation.Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
     """∫ r H dξ and ∫ r ξ H dξ of each deflection, divided by the units of its functions."""
     result: tuple[list[Array], list[Array]] = [], []
     for f in whole.sagging:
-        rule = fine([f.shapes], matter.mass.share)
+        rule = deformation.fine([f.shapes], matter.mass.share)
         slopes = f.shapes.evaluate(rule.places, 1)
-        for each, m in zip(result, moments_beyond(matter.mass.share, rule.places), strict=True):
+        for each, m in zip(result, deformation.moments_beyond(matter.mass.share, rule.places), strict=True):
             each.append(rule.gram(slopes, slopes, m / matter.mass.share.root**2))
     return result
 
 
-def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) -> list[Part]:
+def slices(name: str, root: Point, frame: Frame, whole: deformation.Fields, matter: Matter) -> list[Part]:
     """Sections at stations, with inertia about the axis for the twist, and about the axes of bending if `matter` has it."""
     twist = [f.shapes for f in whole.fields if f.stem == "t"]
     bending = whole.bending if matter.rotary else ()
@@ -138,14 +123,14 @@ def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) 
     about += [(f.turn, inertia) for f, inertia in zip(bending, matter.rotary, strict=True) if f.turn is not None]
     shapes = [*twist, *(slopes(f.shapes) for f in bending)]
     breaks = tuple(sorted({b for _, inertia in about for b in inertia.share.breaks}))
-    rules = [stations(shapes, [], inertia.share._replace(breaks=breaks)) for _, inertia in about]
+    rules = [deformation.stations(shapes, [], inertia.share._replace(breaks=breaks)) for _, inertia in about]
     rule = max(rules, key=lambda r: len(r.places), default=None)
     if rule is None:
         return []
     seen = whole if matter.rotary else whole._replace(fields=tuple(f for f in whole.fields if f.stem == "t"))
     parts = []
     for k, (x, w) in enumerate(zip(rule.places, rule.weights, strict=True), 1):
-        section = section_frame(f"{name} section {k}", frame, seen, x)
+        section = deformation.section_frame(f"{name} section {k}", frame, seen, x)
         dyads = []
         for axis, inertia in about:
             e = mirrored(axis, frame, section)
@@ -155,14 +140,14 @@ def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) 
     return parts
 
 
-Matrices = Sequence[tuple[Field, Sequence[tuple[Expr, Array]]]]
+Matrices = Sequence[tuple[deformation.Field, Sequence[tuple[Expr, Array]]]]
 """C, for each field a sum of values times matrices of numbers."""
 
 
 class Gauges:
     """The gauges of a beam's coordinates; for a coordinate that is an angle, its product with the beam's length."""
 
-    def __init__(self, name: str, root: Point, length: Expr, fields: Sequence[Field]) -> None:
+    def __init__(self, name: str, root: Point, length: Expr, fields: Sequence[deformation.Field]) -> None:
         origin = root.root()
         n = origin.frame.x
         self.direction = n
@@ -180,33 +165,33 @@ class Gauges:
         for f, terms in matrices:
             x = [of(q) for q in f.coordinates]
             for i, q in enumerate(f.coordinates):
-                force = reduce(add, (mul(value, combined(c[i], x)) for value, c in terms), ZERO)
+                force = reduce(add, (mul(value, deformation.combined(c[i], x)) for value, c in terms), ZERO)
                 on.append((self.points[q], self.direction * div(-force, self.arms[q])))
         return Load(name, tuple(on), potential=potential)
 
 
-def stiffness(f: Field) -> Array:
+def stiffness(f: deformation.Field) -> Array:
     """Stiffness matrix (n × n) without units: ∫ e φ''_i φ''_j dξ of bending, ∫ e φ'_i φ'_j dξ of stretch and twist."""
     return strain(f.shapes, f.stiffness.share, 2 if f.bends else 1)
 
 
-def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
+def strain(shapes: ModeShapes, share: deformation.Share, order: int) -> Array:
     """∫ e φ_i φ_j dξ (n × n) with the derivatives φ of the given order."""
-    rule = fine([shapes], share)
+    rule = deformation.fine([shapes], share)
     values = shapes.evaluate(rule.places, order)
-    k = cleaned(rule.gram(values, values, share(rule.places)), ROUNDED_CHAIN)
+    k = deformation.cleaned(rule.gram(values, values, share(rule.places)), ROUNDED_CHAIN)
     return np.asarray((k + k.T) / 2)
 
 
-def stiffness_value(f: Field, length: Expr) -> Expr:
+def stiffness_value(f: deformation.Field, length: Expr) -> Expr:
     """The factor of the stiffness matrix: EI/L³, EA/L or GJ/L."""
     return div(f.stiffness.value, length**3 if f.bends else length)
 
 
-def elasticity(name: str, gauges: Gauges, length: Expr, fields: Sequence[Field]) -> Load:
+def elasticity(name: str, gauges: Gauges, length: Expr, fields: Sequence[deformation.Field]) -> Load:
     """The elastic load, with the strain energy ½ qᵀ K q as its potential."""
     k = [(f, stiffness_value(f, length), stiffness(f)) for f in fields]
-    energy = reduce(add, (mul(value, quadratic(c / 2, f.coordinates)) for f, value, c in k), ZERO)
+    energy = reduce(add, (mul(value, deformation.quadratic(c / 2, f.coordinates)) for f, value, c in k), ZERO)
     return gauges.load(f"elasticity of {name}", [(f, [(value, c)]) for f, value, c in k], lambda q: q, energy)
 
 
@@ -215,7 +200,7 @@ _DAMPING = ("mass", "stiffness", "ratio")
 
 
 def damping_of(
-    name: str, gauges: Gauges, whole: Fields, matter: Matter, damping: Mapping[str, Any] | None
+    name: str, gauges: Gauges, whole: deformation.Fields, matter: Matter, damping: Mapping[str, Any] | None
 ) -> tuple[Load, ...]:
     """The damping load; none without damping."""
     if damping is None:
@@ -226,7 +211,7 @@ def damping_of(
     for kind in damping:
         if kind not in _DAMPING:
             raise ModelError(f"Expected damping= of {name} by some of {none_of(_DAMPING, kind)}")
-    if any(f.stem in SHEAR.values() for f in whole.fields):
+    if any(f.stem in deformation.SHEAR.values() for f in whole.fields):
         expected, given = f'damping= of {name}, which shears, as {{"stiffness": β}}', ", ".join(map(repr, damping))
         came = f"{given}: its modes are those of bending and shear together"
         expect.that(set(damping) == {"stiffness"}, expected, came=came)
@@ -237,19 +222,17 @@ def damping_of(
 
 def _parameter(name: str, kind: str, given: Any) -> Expr:
     """A nonnegative value, in parameters; raises ModelError."""
-    value = as_expr(given)
-    known = default_of(value)
-    if known is not None and not known >= 0:
-        raise ModelError(f"Expected damping {kind!r} of {name} not below zero, got {known:g}. Check its sign.")
-    return in_parameters(name, kind, value, meaning="damping")
+    return deformation.in_parameters(name, kind, not_negative(given, f"damping {kind!r} of {name}"), meaning="damping")
 
 
-def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr]) -> list[tuple[Expr, Array]]:
+def _terms(
+    f: deformation.Field, whole: deformation.Fields, matter: Matter, damping: Mapping[str, Expr]
+) -> list[tuple[Expr, Array]]:
     inert = matter.polar if f.stem == "t" else matter.mass
     assert inert is not None
-    rule = fine([f.shapes], inert.share)
+    rule = deformation.fine([f.shapes], inert.share)
     values = f.shapes.evaluate(rule.places, 0)
-    m, k = cleaned(rule.gram(values, values, inert.share(rule.places)), ROUNDED), stiffness(f)
+    m, k = deformation.cleaned(rule.gram(values, values, inert.share(rule.places)), ROUNDED), stiffness(f)
     mass, stiff = mul(inert.value, whole.length), stiffness_value(f, whole.length)
     terms = []
     if "mass" in damping:
@@ -271,4 +254,4 @@ def _critical(m: Array, k: Array) -> Array:
         squares, modes = mpmath.eigsy(inverse * mpmath.matrix(k.tolist()) * inverse.T)
         half = lower * modes
         c = half * mpmath.diag([mpmath.sqrt(max(x, 0)) for x in squares]) * half.T
-        return cleaned(np.array(c.tolist(), dtype=float), ROUNDED_CHAIN)
+        return deformation.cleaned(np.array(c.tolist(), dtype=float), ROUNDED_CHAIN)

@@ -241,7 +241,7 @@ def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None
             raise ModelError(
                 f"Expected mode shapes by name, one of {', '.join(map(repr, FAMILIES))}, got {kind!r}.{alike(kind, FAMILIES)}"
             )
-        n = expect.whole(count, "a number of modes of at least 1", least=1)
+        n = expect.whole(count, "a number of modes from 1 to 1000", least=1, most=1000)
         return ModeShapes(kind, n, FAMILIES[kind].make(n))
     functions = [kind] if callable(kind) else list(kind) if isinstance(kind, Sequence) else []
     expected = "mode shapes as a name and a count, as a list of functions of ξ = x/L, or as table=(ξ, values)"

@@ -37,7 +37,7 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, check_unit, cut_of, home_of, no_slip, rolling, touching
 from kane.model.joints.joint import Joint, check_attachment, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
-from kane.numeric.sampling import SEEDS, default_of, finite_number, sample
+from kane.numeric.sampling import SEEDS, finite_number, not_negative, positive, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.rotation import single
@@ -83,8 +83,8 @@ def _contact(
     surface: Vector | None = None,
 ) -> Contact:
     """The contact of a ring (radius, axis) with the radius of its crown on the plane through `plane` normal to `normal`."""
-    radius = _positive(ring[0], f"radius of {name!r}") if ring is not None else ZERO
-    rounding = _positive(crown, f"{'crown ' if ring else ''}radius of {name!r}") if crown is not None else ZERO
+    radius = positive(ring[0], f"a radius of {name!r}") if ring is not None else ZERO
+    rounding = positive(crown, f"a {'crown ' if ring else ''}radius of {name!r}") if crown is not None else ZERO
     check_attachment(name, center, wheel)
     check_attachment(name, plane, wheel)
     base = home_of(normal, f"normal of {name!r}")
@@ -147,6 +147,9 @@ def point_on_plane(
     along : unit vector in the plane, the first direction of slip; by default an axis of the normal's frame
     surface : velocity of the surface relative to the plane's frame, for a belt
     """
+    expect.name(name, "a text as the name of a contact")
+    for p in (point, plane):
+        expect.instance(p, Point, f"a particle and a point of the plane for {name!r}")
     check_unit(normal, f"normal of {name!r}")
     base = home_of(normal, f"normal of {name!r}")
     ground = None
@@ -181,15 +184,6 @@ def _down(name: str, axis: Vector, normal: Vector, down: Vector | None) -> Vecto
                 "configuration (0, 0 and negative). Leave it out to have it found."
             )
     return down
-
-
-def _positive(length: Any, what: str) -> Expr:
-    """The length; raises ModelError if it is not positive at default parameters."""
-    e = as_expr(length)
-    value = sample([e], SEEDS[0])[0]
-    if not value > 0:
-        raise ModelError(f"Expected a positive {what}, got {e} = {value:.6g}.")
-    return e
 
 
 def disk_on_plane(
@@ -382,6 +376,7 @@ def corners_on_plane(
 
 
 def _several(name: str, points: Sequence[Point], what: str, least: int) -> tuple[Point, ...]:
+    expect.name(name, "a text as the name of contacts")
     given = expect.items(points, f"{what} of {name!r}", "Write [P, Q].")
     expect.instances(given, Point, f"{what} of {name!r}")
     expect.that(len(given) >= least, f"{least} or more {what} of {name!r}", came=str(len(given)))
@@ -392,10 +387,11 @@ def _sides(
     name: str, own: tuple[Frame, Point, Any], other: tuple[Frame, Point, Any], inside: bool
 ) -> tuple[_RoundBody, _RoundBody]:
     """Both bodies, the sphere first; raises ModelError for negative radii, or a sphere too large for a hollow body."""
-    a, b = (_RoundBody(frame, point, as_expr(radius)) for frame, point, radius in (own, other))
+    expect.flag(inside, f"inside= of {name!r} to be True or False")
+    a, b = (
+        _RoundBody(frame, point, not_negative(radius, f"radii of {name!r}")) for frame, point, radius in (own, other)
+    )
     r, s = sample([a.radius, b.radius], SEEDS[0])
-    for side, value in ((a, r), (b, s)):
-        expect.that(value >= 0, f"radii of {name!r} at or above zero", came=f"{side.radius} = {value:.6g}")
     room = s > r if inside else r + s > 0
     cure = "Give the hollow body as the other one." if inside else "Give one of them a radius above zero."
     what = (
@@ -500,10 +496,10 @@ def friction(
     eps = _above_zero("smooth", smooth)
     regular = None if eps is None else sqrt(add(slip.dot(slip), mul(as_expr(eps), as_expr(eps))))
     force = (slip.normalized() if regular is None else slip / regular) * (-share * normal)
-    name = name or f"friction on {point.name}"
+    name = expect.label(name) or f"friction on {point.name}"
     load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)
     rolls = any(p.body is not None and not p.offset.dt(p.body).is_zero for p in (point, against) if p is not None)
-    return _declared(load, Slip(slip.magnitude(), rolls=rolls), normal, threshold, smooth)
+    return _declared(load, Slip(slip.magnitude(), rolls=rolls, size=share), normal, threshold, smooth)
 
 
 def dry_friction(
@@ -535,21 +531,13 @@ def dry_friction(
     rate = (joint.angular_velocity if kind == "pin" else joint.velocity).dot(joint.axis)
     most, eps = not_negative(size, f"a size of dry friction in {joint.name!r}"), _above_zero("smooth", smooth)
     sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))
-    load, name = joint.axis * (-most * sense), name or f"dry friction in {joint.name}"
+    load, name = joint.axis * (-most * sense), expect.label(name) or f"dry friction in {joint.name}"
     pair = (
         torque_pair(joint.frame, joint.parent, load, name)
         if kind == "pin"
         else action_reaction(joint.point, joint.at, load, name)
     )
-    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), most, threshold, smooth)
-
-
-def not_negative(given: Any, expected: str) -> Expr:
-    """An expression; raises ModelError if it is negative at default parameters."""
-    e = as_expr(given)
-    value = default_of(e)
-    expect.that(value is None or value >= 0, f"{expected} at or above zero", came=f"{value}")
-    return e
+    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate), size=most), most, threshold, smooth)
 
 
 def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:

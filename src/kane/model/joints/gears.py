@@ -23,6 +23,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.model.constraints import Constraint, check_unit, no_slip
 from kane.model.joints.joint import Joint, numbers
+from kane.numeric.sampling import positive
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -100,6 +101,8 @@ def gear_pair(
 ) -> Constraint:
     """The constraint of two meshing spur gears, or of a gear and an internal gear.
 
+    It is a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -108,11 +111,6 @@ def gear_pair(
     internal : whether `b` is an internal (ring) gear
     axis : unit vector of the gears' axes; by default that of the pin `a`
     phase : the angle φ (rad) of `a` at θ_b = 0, if both are pins of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the gears")
     first, second = _of_pin(name, a), _of_pin(name, b)
@@ -179,6 +177,8 @@ def rack_and_pinion(
 ) -> Constraint:
     """The constraint of a pinion that meshes with a rack.
 
+    It is a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -189,11 +189,6 @@ def rack_and_pinion(
     along : unit vector along the rack, fixed in a carrier of the pinion; by default the slider's axis. The teeth are on the side
         along × axis of the pinion, so that turning about +axis moves the rack along +along; for the other side reverse `along`
     phase : the angle φ (rad) of the pinion at s = 0, if both are joints of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the rack and pinion")
     n = axis if axis is not None else pinion.axis if isinstance(pinion, Joint) else None
@@ -202,7 +197,7 @@ def rack_and_pinion(
         raise ModelError(f"Expected axis= and along= for {name!r}, which is not given by a pin and a slider.")
     pairs = ((pinion, "pin"), (rack, "slider"))
     wheel, bar = (_side(name, x, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)") for x, kind in pairs)
-    r = as_expr(radius)
+    r = positive(radius, f"the radius of the pinion of {name!r}", "For the other side, turn along= round.")
     check_unit(n, f"axis of the pinion of {name!r}")
     if abs(numbers([n.dot(d)])[0]) > DECLARED:
         raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
@@ -229,6 +224,8 @@ def bevel_pair(
 ) -> Constraint:
     """The constraint of two meshing bevel gears, whose axes meet at the apex.
 
+    It is a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -239,11 +236,6 @@ def bevel_pair(
     axes : unit vectors of the axes, from the apex towards the gears; by default those of the pins. If both point away from the
         apex, or both towards it, the gears turn about them in opposite senses
     phase : the angle φ (rad) of `a` at θ_b = 0, if both are pins of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the bevel gears")
     first, second = _of_pin(name, a), _of_pin(name, b)
@@ -255,7 +247,7 @@ def bevel_pair(
     expect.that(inclined, expected, came=f"{n_a} and {n_b}", cure=cure)
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
-    sine, r_a = length_along(across), as_expr(radius)
+    sine, r_a = length_along(across), positive(radius, f"the radius of {name!r}")
     line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # the common line of the pitch cones
     arm_a, arm_b = ((meet.position(x.center) + line).gathered() for x in (first, second))
 
@@ -279,6 +271,8 @@ def worm_pair(
 ) -> Constraint:
     """The constraint of a worm and a worm wheel, whose axes are perpendicular.
 
+    It is a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=.
+
     Parameters
     ----------
     name : of the constraint
@@ -289,11 +283,6 @@ def worm_pair(
     hand : "right" or "left", of the thread
     axes : unit vectors of the axes of wheel and worm; by default those of the pins
     phase : the angle φ (rad) of the worm at θ = 0 of the wheel, if both are pins of one carrier
-
-    Returns
-    -------
-    Constraint
-        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
     expect.name(name, "a name for the worm gear")
     expect.that(hand in ("right", "left"), f'hand="right" or "left" of the worm {name!r}', hand)
@@ -308,7 +297,7 @@ def worm_pair(
             f"Expected axes of the worm gear {name!r} that cross at right angles, the wheel's centre across from the worm, got {n_g} "
             f"and {n_w} with the centres {between} apart. Place the wheel's centre in the plane across its axis that holds the worm's."
         )
-    side, r = (1 if gap > 0 else -1), as_expr(radius)
+    side, r = (1 if gap > 0 else -1), positive(radius, f"the radius of the wheel of {name!r}")
     rise = div(mul(r, threads), z) * (1 if hand == "right" else -1)
     arm = sub(mul(as_expr(side), between.dot(outward)), r)
     expect.that(numbers([arm])[0] > 0, f"a pitch radius of the wheel below the distance of the axes of {name!r}", r)

@@ -6,7 +6,7 @@ in the parent frame. With all coordinates zero the child frame has the parent's 
 angles in rad, lengths in m, and their rates.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, TypedDict, Unpack
@@ -119,7 +119,7 @@ class Seat:
 
     def __post_init__(self) -> None:
         check_attachment(self.name, self.at, self.parent)
-        object.__setattr__(self, "child", self.child or self.name)
+        object.__setattr__(self, "child", expect.label(self.child, "a text as child=") or self.name)
 
     def axis(self, axis: Any, what: str = "axis") -> Vector:
         """A unit vector fixed in the parent, written along its axes."""
@@ -209,7 +209,7 @@ def _symbols(
     if names is None:
         wanted: list[Any] = [f"{stem}_{'_'.join(name.split())}" for stem in stems[:count]]
     else:
-        several = isinstance(names, Iterable) and not isinstance(names, Expr)
+        several = (expect.is_list(names) or isinstance(names, str)) and not isinstance(names, Expr)
         wanted = list(_names(names) if isinstance(names, str) else names) if several else [names]
     right = len(wanted) == count and all(isinstance(x, str | kind) for x in wanted) and len(set(wanted)) == count
     expected, cure = (
@@ -362,7 +362,7 @@ def _turned(
     s: Seat, orientation: str, sequence: str, **lengths: str
 ) -> tuple[Frame, tuple[Coordinate, ...], list[Twist], list[Expr]]:
     """The child frame rotated by the coordinates before `lengths`; all coordinates, the free rotations, ω along the child's axes."""
-    expect.that(orientation in _STEMS, f"orientation={' or '.join(map(repr, _STEMS))} for {s.name!r}", orientation)
+    expect.one_of(orientation, _STEMS, f"orientation= of {s.name!r} to be")
     q = s.symbols(**_STEMS[orientation], **lengths)
     turning = q[: len(_STEMS[orientation])]
     if orientation == "angles":
@@ -411,7 +411,7 @@ def free(
     `velocity` says. Other arguments as for `kn.pin`.
     """
     s = Seat("free", name, at, parent, **called)
-    expect.that(velocity in ("child", "parent"), f"velocity='child' or 'parent' for {name!r}", velocity)
+    expect.one_of(velocity, ("child", "parent"), f"velocity= of {name!r} to be")
     frame, q, free, spins = _turned(s, orientation, sequence, x="m", y="m", z="m")
     x, y, z = q[-3:]
     offset = parent.x * x + parent.y * y + parent.z * z

@@ -239,7 +239,7 @@ def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
 def _check_on(map_: ReturnMap, x: Array, constants: Mapping[Expr, float]) -> None:
     h, terms = map_.off(x, constants)
     assert map_.section is not None
-    if abs(h) > SIX_DIGITS * terms:
+    if not abs(h) <= SIX_DIGITS * terms:
         raise SimulationError(
             f"Expected a start on the section {map_.section.name!r}, where {map_.section.quantity} = "
             f"{map_.section.threshold:g}, got one where it is {h + map_.section.threshold:.6g}. Move the start onto it, or "

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`poincare`: the successive states at which a motion passes a Poincaré section."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -91,7 +91,7 @@ def poincare(
     with working("Computing passages of the section"):
         for _ in range(count):
             try:
-                motion = map_(x, constants, begin=t)
+                motion = replace(map_, t0=t)(x, constants)
             except SimulationError as error:
                 if not found and t == t0 and "reaches the section" not in str(error):
                     raise

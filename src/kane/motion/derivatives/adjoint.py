@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.motion.derivatives.pulling import Integrand, Pulled, Pulling, StageStates, Weights
-from kane.motion.derivatives.pulling_kernel import NODES
-from kane.motion.derivatives.transition import Stretch
+from kane.motion.derivatives.transition import CollocationSteps, Stretch
 from kane.motion.derivatives.variation import Again, Differential, Leap, states_of_phase
 from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Indices
@@ -41,29 +40,7 @@ class Seeds(NamedTuple):
     integrand: Integrand | None
 
 
-class _Grid(NamedTuple):
-    """Steps of a stretch: start times, lengths, stage states (steps × 8 × n), and the count of steps up to each edge but the first."""
-
-    t: Array
-    h: Array
-    x: Array
-    ends: list[int]
-
-    @property
-    def times(self) -> Array:
-        """The times of the stages (steps × 8)."""
-        return _stages(self.t, self.h)
-
-    def cut(self, parts: Indices) -> tuple[Array, Array, list[int]]:
-        """Start times, lengths and edges after division of each step into the given number of parts."""
-        h = np.repeat(self.h / parts, parts)
-        place = np.concatenate([np.arange(m) for m in parts])
-        behind = np.cumsum(parts)
-        return np.repeat(self.t, parts) + place * h, h, [int(behind[e - 1]) for e in self.ends]
-
-
-def _stages(t: Array, h: Array) -> Array:
-    return np.asarray(t[:, None] + h[:, None] * NODES.c)
+_Grid = tuple[CollocationSteps, StageStates]
 
 
 class Adjoint:
@@ -102,29 +79,26 @@ class Adjoint:
                 weights = self._across(number, weights, seeds.integrand)
         return weights
 
-    def _first(self, s: Stretch) -> tuple[Array, Array, list[int]]:
-        """Start times, lengths and edges of the initial steps of a stretch: over all stretches, about as many as the motion took."""
+    def _first(self, s: Stretch) -> CollocationSteps:
+        """The initial steps of a stretch: over all stretches, about as many as the motion took."""
         count = int(np.ceil(self.motion.steps * (s.t1 - s.t0) / max(self.walk.length, 1e-300)))
-        parts = s.parts(max(1, count))
-        return *s.steps(parts), np.cumsum(parts).tolist()
+        return s.steps(s.parts(max(1, count)))
 
-    def _grids(
-        self, stretches: Sequence[Stretch], steps: Sequence[tuple[Array, Array, list[int]]]
-    ) -> list[_Grid | None]:
+    def _grids(self, stretches: Sequence[Stretch], steps: Sequence[CollocationSteps]) -> list[_Grid | None]:
         """The grids of stretches, from one motion sampled at all stage times; None if a stretch is too short to separate the times."""
-        times = [_stages(t, h).reshape(-1) for t, h, _ in steps]
+        times = [own.times.reshape(-1) for own in steps]
         clear = [
             bool(np.all(np.diff(t) > 0) and s.t0 < t[0] and t[-1] < s.t1) for s, t in zip(stretches, times, strict=True)
         ]
         wanted = np.unique(np.concatenate([t for t, ok in zip(times, clear, strict=True) if ok] or [np.zeros(0)]))
         motion = self.again(wanted) if len(wanted) else None
         result = list[_Grid | None]()
-        for s, (t, h, ends), at, ok in zip(stretches, steps, times, clear, strict=True):
+        for s, own, at, ok in zip(stretches, steps, times, clear, strict=True):
             if motion is None or not ok:
                 result.append(None)
                 continue
             x = states_of_phase(motion, s.phase, at)
-            result.append(_Grid(t, h, x.reshape(len(t), len(NODES.c), -1), ends))
+            result.append((own, StageStates(own.times, own.h, x.reshape(*own.times.shape, -1))))
         return result
 
     # ------------------------------------------------------------------------------------------ one stretch
@@ -143,9 +117,9 @@ class Adjoint:
                 last = found.weights
                 return last._replace(x=last.x + edges[0]) if 0 in edges else last
             parts = _parts(found.rough, off)
-            if grid is None or max(parts.sum(), len(parts) * found.pace / _FINDS) > _MOST * len(grid.h):
+            if grid is None or max(parts.sum(), len(parts) * found.pace / _FINDS) > _MOST * len(grid[0].h):
                 break
-            (own,) = self._grids([s], [own.cut(parts)])
+            (own,) = self._grids([s], [own[0].divided(parts)])
         return self._collocated(s, grid, end, edges, integrand)
 
     def _pulled(
@@ -154,9 +128,9 @@ class Adjoint:
         """The adjoint at the start of the steps, without the seed of the edge there."""
         if s.now not in self._pulling:
             self._pulling[s.now] = Pulling(s.now, self.walk.by)
-        seeds = {grid.ends[place - 1] - 1: seed for place, seed in edges.items() if place}
-        steps = StageStates(grid.times, grid.h, grid.x)
-        return self._pulling[s.now](steps, end, seeds, integrand, self.walk.scale)
+        steps, stages = grid
+        seeds = {int(steps.ends[place - 1]) - 1: seed for place, seed in edges.items() if place}
+        return self._pulling[s.now](stages, end, seeds, integrand, self.walk.scale)
 
     def _off(self, found: Pulled) -> float:
         """Estimated relative error: the sum over all steps, or the largest among the parameters if that is larger."""
@@ -174,7 +148,7 @@ class Adjoint:
         own = {float(s.edges[place]): seed for place, seed in edges.items()}
         times, share = np.zeros(0), np.zeros(0)
         if integrand is not None:
-            panels = np.linspace(s.t0, s.t1, 1 + max(1, len(grid.t) if grid is not None else 1))
+            panels = np.linspace(s.t0, s.t1, 2 if grid is None else 1 + len(grid[0].h))
             times, share = gauss(_POINTS, panels.tolist())
         inner = times[(times > s.t0) & (times < s.t1)]
         cut = Stretch(s.now, s.by, s.feedback, x, np.unique(np.concatenate([s.edges, inner])), s.phase)

@@ -44,13 +44,8 @@ def law_slopes(now: Routines, by: Sequence[Symbol]) -> dict[Symbol, list[Expr]]:
 
 def evaluated(exprs: Sequence[Expr], now: Routines, t: Array, x: Array) -> Array:
     """Values (expressions × m) at times (m) and states (m × n); parameters of inputs are substituted."""
-    eom = now.eom
-    values: dict[Expr, Any] = {}
-    for f in now.drives:
-        if isinstance(f, Formula):
-            values |= f.values
-    values |= dict(zip(eom.parameters, now.p.tolist(), strict=False)) | dict(zip(eom.state, x.T, strict=True))
-    values |= dict(zip(eom.inputs, now.inputs_all(t, x).T, strict=True)) | {time: t}
+    values: dict[Expr, Any] = {s: v for f in now.drives if isinstance(f, Formula) for s, v in f.values.items()}
+    values |= now.values(t, x)
     return np.array([np.broadcast_to(v, t.shape) for v in evaluate(exprs, values)]).reshape(len(exprs), len(t))
 
 
@@ -61,7 +56,7 @@ def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
         return None
 
     def along(t: Array, x: Array) -> Array:
-        of_inputs = now.routine(symbol_slopes, *turned)(t, x, now.p, now.inputs_all(t, x))
+        of_inputs = now.routine(symbol_slopes, *turned)(t, x, now.p, now.inputs(t, x))
         slopes = [evaluated(row, now, t, x) for row in turned.values()]
         return np.asarray(of_inputs @ np.array(slopes).transpose(2, 0, 1))
 
@@ -91,7 +86,7 @@ def forcing(now: Routines, by: Sequence[Symbol]) -> Slopes:
     def along(t: Array, x: Array) -> Array:
         found = np.zeros((len(t), x.shape[1], len(by)))
         if place:
-            found[:, :, place] = now.routine(symbol_slopes, *(by[k] for k in place))(t, x, now.p, now.inputs_all(t, x))
+            found[:, :, place] = now.routine(symbol_slopes, *(by[k] for k in place))(t, x, now.p, now.inputs(t, x))
         return found if through is None else found + through(t, x)
 
     return along

@@ -2,13 +2,15 @@
 """Motions over a span as functions of unknown parameters and initial values, with their derivatives."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from kane import expect
+from kane.analysis.flow import Flow
 from kane.equations.equations import Equations, check_equations
 from kane.equations.instances import own_parameters
 from kane.equations.state import GROUPS, Guess, State
@@ -36,7 +38,8 @@ _STARTS = ("q", "u", "states")
 class ParametricMotion:
     """Motions over a span from an assembled initial state, and their derivatives with respect to the unknowns `by` (b).
 
-    `given` contains the parameters and initial values as the user specified them.
+    `given` contains the parameters and initial values as the user specified them. With other values of the unknowns, motions start at
+    the same independent initial values; of guesses, at those assembled for the first values.
     """
 
     map: ReturnMap
@@ -69,8 +72,22 @@ class ParametricMotion:
         groups = dict[str, Any]()
         for kind in _STARTS:
             own, group = {s: values[s] for s in getattr(eom, GROUPS[kind]) if s in values}, getattr(self.given, kind)
+            own = {**self._held.get(kind, {}), **own}
             groups[kind] = None if group is None and not own else {**self._start_values(kind), **own}
         return replace(self, given=replace(self.given, **groups, parameters=parameters))
+
+    @cached_property
+    def _held(self) -> dict[str, dict[Symbol, float]]:
+        """Assembled values of the independent coordinates and speeds that are guessed or left out, which motions keep."""
+        system = self.map.eom.system
+        if not self.map.eom.constraints.constraints:
+            return {}
+        x = self.start
+        given = {s for kind in _STARTS for s, v in self._start_values(kind).items() if not isinstance(v, Guess)}
+        given.update(self.free, *(e.coordinates for e in system.euler_parameters))
+        at = {self.map.eom.state[i]: float(x[i]) for i in _independent(self._side(x), *self._preferred)[1]}
+        kinds = {kind: set(getattr(self.map.eom, GROUPS[kind])) - given for kind in _STARTS[:2]}
+        return {kind: {s: v for s, v in at.items() if s in open_} for kind, open_ in kinds.items()}
 
     def _start_values(self, kind: str) -> dict[Any, Any]:
         """The specified initial values of a kind: q, u or further states."""
@@ -159,17 +176,26 @@ class ParametricMotion:
 
     def _start_slopes(self, side: Side) -> Array:
         """δx of the start (n × initial values + parameters)."""
-        kept = [s for kind in _STARTS[:2] for s, v in self._start_values(kind).items() if not isinstance(v, Guess)]
-        return _start_slopes(side, (self.free, kept), tuple(s for s in self.by if isinstance(s, Parameter)))
+        return _start_slopes(side, self._preferred, tuple(s for s in self.by if isinstance(s, Parameter)))
 
-    def start_slopes(self, x: Array) -> Array:
-        """∂x/∂b of the initial state x (n × b)."""
+    @property
+    def _preferred(self) -> tuple[Sequence[Symbol], Sequence[Symbol]]:
+        """The initial values that are unknowns, and those that are specified."""
+        told = [s for kind in _STARTS[:2] for s, v in self._start_values(kind).items() if not isinstance(v, Guess)]
+        return self.free, told
+
+    def _side(self, x: Array) -> Side:
+        """The initial state x with the equations there."""
         eom, constants, own = self.map.eom, self.parameters, set(self.map.eom.parameters)
         drives = self.map.drives(constants)
         p, usual = np.array([constants[s] for s in eom.parameters]), {s: v for s, v in constants.items() if s in own}
         now = routines(eom, p, tuple(drives[s] for s in eom.inputs), self.map.settings)
+        return Side(now, Phase(usual, drives), self.map.t0, x)
+
+    def start_slopes(self, x: Array) -> Array:
+        """∂x/∂b of the initial state x (n × b)."""
         order = {s: k for k, s in enumerate((*self.free, *(s for s in self.by if isinstance(s, Parameter))))}
-        found = self._start_slopes(Side(now, Phase(usual, drives), self.map.t0, x))
+        found = self._start_slopes(self._side(x))
         return np.asarray(found[:, [order[s] for s in self.by]])
 
     def backwards(self, motion: Solution) -> AdjointSensitivities:
@@ -198,7 +224,7 @@ def interval(given: Any) -> tuple[float, float]:
 def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     """The unknowns, in order and without duplicates; `given` are the inputs, whose parameters may be among them."""
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *own_parameters(eom, given))
-    listed = [by] if isinstance(by, Symbol | str) else list(by) if isinstance(by, Iterable) else []
+    listed = [by] if isinstance(by, Symbol | str) else list(by) if expect.is_list(by) else []
     result = tuple(symbols_named("by", own, listed))
     expect.that(bool(result), "some parameters or start values to differentiate by", by, error=SimulationError)
     twice = [name for name, count in Counter(s.name for s in result).items() if count > 1]
@@ -206,26 +232,37 @@ def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     return result
 
 
-def _start_slopes(side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]) -> Array:
-    """δx of the start: by initial values, and the change that constraints require where a parameter changes.
+def _independent(side: Side, free: Sequence[Symbol], told: Sequence[Symbol]) -> tuple[Flow, list[int]]:
+    """The flow at the start, and the indices of the independent initial values.
 
-    Independent are first the initial values that are unknowns, then specified ones, then others, up to the number that the
-    constraints leave free; independent values do not change with a parameter.
+    These are first those that are unknowns, then specified ones, then others, up to the number that the constraints leave free.
     """
-    free, told = starts
-    eom, n = side.now.eom, side.now.width
-    place = {s: i for i, s in enumerate(eom.state)}
-    if not eom.system.euler_parameters and not eom.constraints.constraints:
-        return np.hstack([np.eye(n)[:, [place[s] for s in free]], np.zeros((n, len(by)))])
+    place = {s: i for i, s in enumerate(side.now.eom.state)}
     flow = flow_of(side)
-    basis, names = basis_of(flow), {s.name: s for s in eom.state}
+    basis, names = basis_of(flow), {s.name: s for s in side.now.eom.state}
     kept = [place[s] for s in free]
+    basis = basis * flow.scale  # metres beside radians at one energy
     _check_independent(basis, kept, free, flow.states)
     sizes = np.abs(basis).max(axis=1)
     for i in (place[s] for s in (*told, *(names[name] for name in flow.states if name in names))):
         some = [*kept, i]
         if sizes[i] > 0 and np.linalg.matrix_rank(basis[some] / sizes[some, None], SIX_DIGITS) > len(kept):
             kept.append(i)
+    return flow, kept
+
+
+def _start_slopes(side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]) -> Array:
+    """δx of the start: by initial values, and the change that constraints require where a parameter changes.
+
+    Independent initial values do not change with a parameter.
+    """
+    free, told = starts
+    eom, n = side.now.eom, side.now.width
+    if not eom.system.euler_parameters and not eom.constraints.constraints:
+        place = {s: i for i, s in enumerate(eom.state)}
+        return np.hstack([np.eye(n)[:, [place[s] for s in free]], np.zeros((n, len(by)))])
+    flow, kept = _independent(side, free, told)
+    basis, names = basis_of(flow), {s.name for s in eom.state}
     rest = basis[kept]
     if len(kept) < basis.shape[1]:  # angles of Euler parameters
         angles = [j for j, name in enumerate(flow.states) if name not in names]

@@ -30,7 +30,7 @@ from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, only, turning
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
-from kane.program.native.entry import CompiledKernel, aligned, hoisted, wide_entry
+from kane.program.native.entry import CompiledKernel, aligned, aligned_copy, hoisted, wide_entry
 from kane.program.native.machine import Settings
 from kane.program.program import Port
 
@@ -176,13 +176,6 @@ class _Gains(NamedTuple):
         self.bent[:] += (above * np.minimum(shares[0] ** 2, shares[1] ** 4)).sum(axis=1)
 
 
-def _lanes(numbers: Array) -> Array:
-    """The numbers as an array aligned for vector loads, with at least one element."""
-    result = aligned(max(1, numbers.size))
-    result[: numbers.size] = numbers.reshape(-1)
-    return result
-
-
 class Pulling:
     """The backward integration for one set of equations with numeric parameters and inputs."""
 
@@ -249,16 +242,16 @@ class Pulling:
             along_t, by_x, by_p = integrand.slopes(now, self.by, times, states)
             gains.integral[0] += float(np.sum(steps.h[:, None] * _B * along_t.reshape(m, STAGES)))
             source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors
-        inputs = now.inputs_all(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
+        inputs = now.inputs(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
         seeded, of_inputs = np.full(m, -1.0), aligned(rows * m * laws * STAGES)
         seeded[list(seeds)] = np.arange(len(seeds))
         back = _compiled(now.settings or Settings())(
             kept
             | {
                 "rows": rows, "steps": m, "n": n, "count": count, "laws": laws, "wide": len(now.drives),
-                "times": _lanes(steps.t), "x": _lanes(steps.x.transpose(0, 2, 1)), "p": np.append(now.p, 0.0),
-                "r": _lanes(inputs), "h": self.h, "lengths": np.append(steps.h, 0.0), "rough": rough,
-                "through": _lanes(slopes[:, :n].transpose(2, 0, 1, 3)), "source": _lanes(source),
+                "times": aligned_copy(steps.t), "x": aligned_copy(steps.x.transpose(0, 2, 1)), "p": np.append(now.p, 0.0),
+                "r": aligned_copy(inputs), "h": self.h, "lengths": np.append(steps.h, 0.0), "rough": rough,
+                "through": aligned_copy(slopes[:, :n].transpose(2, 0, 1, 3)), "source": aligned_copy(source),
                 "sourced": factors.copy(), "scale": scale.copy(), "seeded": seeded,
                 "seeds": np.append(np.array([*seeds.values()]), 0.0), "w": aligned(n * STAGES),
                 "out": aligned((n + count + laws) * STAGES), "of_inputs": of_inputs,

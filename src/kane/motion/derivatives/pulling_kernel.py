@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 
 from kane.motion.steppers.collocation import gauss
-from kane.motion.steppers.context import WIDE
+from kane.motion.steppers.context import WIDE, of_others
 from kane.motion.steppers.gauss import lagrange
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.writer import Array, Term, Writer
@@ -164,13 +164,8 @@ class _Pulling:
         last = a["last"][row]
         with w.when(last > 0.0):
             share = self.splat(h / last) * tuple(c - 1.0 for c in NODES.c)
-            differences = [share - c for c in NODES.c]
-            below, above = [w.lanes(*[1.0] * STAGES)], [w.lanes(*[1.0] * STAGES)]
-            for d in differences[:-1]:
-                below.append(below[-1] * d)
-            for d in reversed(differences[1:]):
-                above.append(above[-1] * d)
-            columns = [x * y * top for x, y, top in zip(below, reversed(above), NODES.top, strict=True)]
+            others = of_others([share - c for c in NODES.c], *[w.lanes(*[1.0] * STAGES)] * 2)
+            columns = [x * top for x, top in zip(others, NODES.top, strict=True)]
             with w.count(self.n) as j:
                 a["k"].store(k + j * STAGES, self.combined(a["k"], k + j * STAGES, columns))
         with w.otherwise(), w.count(self.n) as j:

@@ -9,7 +9,9 @@ import numpy as np
 
 from kane import expect
 from kane.analysis.assembly import assemble
-from kane.analysis.state_checks import start_state
+from kane.analysis.flow import magnitudes
+from kane.analysis.local import coded, slopes_at, values_at
+from kane.analysis.state_checks import StateArrays, start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, derive
 from kane.equations.state import GROUPS, State
@@ -110,38 +112,34 @@ class ReturnMap:
         own = parameter_values(self.eom.system, parameters)
         return {**own, **{s: v for s, v in given_parameters(parameters).items() if s not in own}}
 
-    def drives(self, parameters: Mapping[Any, float] | None, begin: float | None = None) -> dict[Expr, Function]:
-        """The inputs of a motion as functions, with given parameter values."""
-        known, t0 = self.known(parameters), self.t0 if begin is None else begin
-        return input_functions(self.eom, self.inputs, (t0, t0 + self.length(known)), known)
+    def span(self, parameters: Mapping[Any, float] | None) -> tuple[float, float]:
+        """The longest time span of a motion with given parameter values."""
+        return self.t0, self.t0 + self.length(self.known(parameters))
 
-    def __call__(
-        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
-    ) -> Solution:
-        """The motion that starts at x, at time `begin` or else at t0.
+    def drives(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Function]:
+        """The inputs of a motion as functions, with given parameter values."""
+        return input_functions(self.eom, self.inputs, self.span(parameters), self.known(parameters))
+
+    def __call__(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
+        """The motion that starts at x.
 
         Raises
         ------
         SimulationError
             if the section is not reached, or the motion ends before
         """
-        motion = self.motion(x, parameters, samples, begin)
-        t0 = self.t0 if begin is None else begin
-        self._check_end(motion, (t0, t0 + self.length(self.known(parameters))))
+        motion = self.motion(x, parameters, samples)
+        self._check_end(motion, self.span(parameters))
         return motion
 
-    def motion(
-        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
-    ) -> Solution:
+    def motion(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
         """The same without the check of its end; `parameters` may include those that occur only in inputs."""
-        eom, constants = self.eom, parameter_values(self.eom.system, parameters)
-        t0 = self.t0 if begin is None else begin
-        span = t0, t0 + self.length(self.known(parameters))
+        eom, constants, span = self.eom, parameter_values(self.eom.system, parameters), self.span(parameters)
         check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
-        drives = self.drives(parameters, begin)
+        drives = self.drives(parameters)
         bounds = {name: self.further.get(name) for name in ("max_steps", "max_seconds", "first_step")}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        fresh, beside = self._fresh(x, constants)
+        fresh, beside = self._fresh(x, self.known(parameters))
         first = Begin(q, u, None, a, fresh=fresh, beyond=beside)
         result: Solution = run_over_time(eom)(
             eom, span, first, (constants, drives), self.options, bounds, sample_times(samples, span)
@@ -169,7 +167,7 @@ class ReturnMap:
         return {s: 0.0 if getattr(f, "of_state", False) else float(f(self.t0)) for s, f in drives.items()}
 
     def off(self, x: Array, constants: Mapping[Expr, float]) -> tuple[float, float]:
-        """The event function h of the section at x, relative to its threshold, and the size of its terms, Σ|∂h/∂x| max|x|."""
+        """The event function h of the section at x, relative to its threshold, and the size of its terms, Σ |∂h/∂x| sizes of x."""
         assert self.section is not None
         values: dict[Expr, Any] = dict(zip(self.eom.state, x.tolist(), strict=True)) | dict(constants)
         quantity = self.section.quantity
@@ -177,14 +175,28 @@ class ReturnMap:
             return 0.0, 1.0
         h = float(evaluate(quantity, values)) - self.section.threshold
         slopes = evaluate(weighted([quantity], [ONE], self.eom.state), values)
-        return h, float(np.abs(slopes).sum() * np.abs(x).max(initial=0)) or 1.0
+        return h, float(np.abs(slopes) @ self._sizes(x, constants)) if h else 1.0
+
+    def _sizes(self, x: Array, constants: Mapping[Expr, float]) -> Array:
+        """Changes of q and u at the energy of the largest one, each at least as large as itself; a further state is its own size."""
+        eom, inputs = self.eom, self.inputs_at_start(constants)
+        p, r = (
+            [float(known[s]) for s in symbols] for known, symbols in ((constants, eom.parameters), (inputs, eom.inputs))
+        )
+        state, run = StateArrays(self.t0, x, np.array(p), np.array(r)), coded(eom.numeric(self.settings))
+        values = values_at(run, state)
+        zero = np.zeros_like(values.right)
+        alike = magnitudes(eom, values, slopes_at(run, state, zero), zero, state).alike
+        own, further = np.split(np.abs(x), [len(alike)])
+        share = np.divide(own, alike, out=np.zeros_like(own), where=alike > 0)
+        return np.append(np.maximum(own, alike * share.max(initial=0)), further)
 
     def _fresh(self, x: Array, constants: Mapping[Expr, float]) -> tuple[dict[str, float], dict[str, float]]:
         """By the section's name, if x lies on it, the side to which the motion leaves it, and how far beside it x may be."""
         if self.section is None:
             return {}, {}
         h, terms = self.off(x, constants)
-        if abs(h) > SIX_DIGITS * terms:
+        if not abs(h) <= SIX_DIGITS * terms:
             return {}, {}
         name, begins = self.section.name, self.closing and self.section.then is None
         return {name: float(self.section.direction)}, {name: abs(h)} if begins else {}
@@ -228,7 +240,7 @@ class ReturnMap:
 
     def again(self, motion: Solution, parameters: Mapping[Any, float]) -> Again:
         """A function that recomputes the motion at other sample times."""
-        return lambda samples: self.motion(motion.states[0], parameters, samples, float(motion.t[0]))
+        return lambda samples: self.motion(motion.states[0], parameters, samples)
 
     def timed(self, parameters: Mapping[Any, float]) -> bool:
         """Whether the equations depend on time explicitly, or an input is a function that may."""

@@ -33,11 +33,16 @@ class Side:
         return self.now.rate(self.t, np.append(self.x, 0.0))[:-1]
 
 
+def kinds(eom: Equations) -> tuple[tuple[type, str], ...]:
+    """The kind and the unit of each state, of a speed declared without one that of its definition."""
+    return tuple((type(s), s.unit or eom.unit(s)) for s in eom.state)
+
+
 def sizes_of(eom: Equations, sizes: Array, share: float) -> Array:
     """Sizes of the states, each at least a `share` of the largest of its kind and unit: metres say nothing about radians."""
-    kinds = [(type(s), s.unit) for s in eom.state]
-    largest = {kind: max(x for x, k in zip(sizes.tolist(), kinds, strict=True) if k == kind) for kind in kinds}
-    return np.maximum(sizes, [share * largest[kind] or 1.0 for kind in kinds])
+    every = eom.numeric().value(kinds)
+    largest = {kind: max(x for x, k in zip(sizes.tolist(), every, strict=True) if k == kind) for kind in every}
+    return np.maximum(sizes, [share * largest[kind] or 1.0 for kind in every])
 
 
 def flow_of(side: Side) -> Flow:

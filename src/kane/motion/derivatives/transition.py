@@ -6,6 +6,7 @@ evaluated at all stages of all steps at once. Steps are halved until Ψ has conv
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,24 @@ _ROUNDS = 8
 """Largest number of Newton iterations."""
 _ENTRIES = 1 << 23
 """Largest number of entries of the collocation matrices that are stored at once."""
+
+
+class CollocationSteps(NamedTuple):
+    """Successive steps: start times t, lengths h (steps), and the number of steps up to each edge but the first."""
+
+    t: Array
+    h: Array
+    ends: Indices
+
+    @property
+    def times(self) -> Array:
+        """The times of all stages (steps × 8)."""
+        return np.asarray(self.t[:, None] + self.h[:, None] * _C)
+
+    def divided(self, parts: Indices) -> "CollocationSteps":
+        """Each step divided into the given number of equal ones."""
+        h, place = np.repeat(self.h / parts, parts), np.concatenate([np.arange(m) for m in parts])
+        return CollocationSteps(np.repeat(self.t, parts) + place * h, h, np.cumsum(parts)[self.ends - 1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,22 +78,9 @@ class Stretch:
         share: Array = np.diff(self.edges) / max(self.t1 - self.t0, 1e-300)
         return np.maximum(np.ceil(steps * share - ROUNDED_CHAIN).astype(np.int64), 1)
 
-    def steps(self, parts: Indices) -> tuple[Array, Array]:
-        """Start times and lengths of all steps."""
-        h = np.repeat(np.diff(self.edges) / parts, parts)
-        place = np.concatenate([np.arange(m) for m in parts])
-        return np.repeat(self.edges[:-1], parts) + place * h, h
-
-    def times(self, parts: Indices) -> Array:
-        """The times of all stages (steps × 8)."""
-        t, h = self.steps(parts)
-        return np.asarray(t[:, None] + h[:, None] * _C)
-
-
-def rates(now: Routines, t: Array, x: Array) -> Array:
-    """f (k × n) at times (k) and states (k × n)."""
-    r = now.inputs_all(t, x) if now.drives else None
-    return now.rates(t, x, now.p, r)[:, :-1]
+    def steps(self, parts: Indices) -> CollocationSteps:
+        """The steps, as many in each interval between edges as `parts` tells."""
+        return CollocationSteps(self.edges[:-1], np.diff(self.edges), np.arange(1, len(self.edges))).divided(parts)
 
 
 def jacobians(stretch: Stretch, t: Array, x: Array) -> Array:
@@ -83,7 +89,7 @@ def jacobians(stretch: Stretch, t: Array, x: Array) -> Array:
     if is_long(now):
         j = exact(now)
         return np.array([j(s, np.append(row, 0.0))[:n, :n] for s, row in zip(t.tolist(), x, strict=True)])
-    r = now.inputs_all(t, x)
+    r = now.inputs(t, x)
     held = now.routine(entries)(t, x, now.p, r)[:, :n, :n]
     if any(following([f]) and not isinstance(f, Formula) for f in now.drives):
         found = held + by_inputs(now, t, x, r)[:, :n] @ gains(now, t, x, r)
@@ -96,19 +102,19 @@ def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: 
 
     `x` is the initial state, `guess` (steps × 8 × n) are approximate states at the stages.
     """
-    n, (t, h) = len(x), stretch.steps(parts)
-    ends, k = set((np.cumsum(parts) - 1).tolist()), 0
+    n, own_steps = len(x), stretch.steps(parts)
+    times, h, ends, k = own_steps.times, own_steps.h, set(own_steps.ends.tolist()), 0
     chunk = max(1, _ENTRIES // (len(_C) * n) ** 2)
     phi, found = None, list[Array]()
-    for start in range(0, len(t), chunk):
+    for start in range(0, len(h), chunk):
         some = slice(start, start + chunk)
-        own, gained, x = _chunk(stretch, (t[some, None] + h[some, None] * _C, h[some]), x, guess[some], scale)
+        own, gained, x = _chunk(stretch, (times[some], h[some]), x, guess[some], scale)
         k = gained.shape[2]
         phi = np.eye(n, n + k) if phi is None else phi
         for m in range(len(own)):
             phi = own[m] @ phi
             phi[:, n:] += gained[m]
-            if start + m in ends:
+            if start + m + 1 in ends:
                 found.append(phi)
     return np.array(found), x
 
@@ -133,7 +139,7 @@ def _chunk(
     flat, own_units, end = times.reshape(-1), scale / scale[:, None], start / scale
     for _ in range(_ROUNDS):
         there = x.reshape(-1, n) * scale
-        f = rates(now, flat, there).reshape(steps, s, n) / scale
+        f = now.rate(flat, there)[:, :-1].reshape(steps, s, n) / scale
         j = jacobians(stretch, flat, there).reshape(steps, s, n, n) * own_units
         whole = np.eye(s * n) - np.einsum("m,ij,mjab->miajb", h, _A, j).reshape(steps, s * n, s * n)
         unit = np.tile(np.eye(n), (s, 1))

@@ -317,7 +317,7 @@ class Differential:
 
     def _with(self, stretches: list[Stretch], which: list[int], steps: list[Indices], again: Again) -> list[Array]:
         """Φ of the stretches `which` with given numbers of steps."""
-        times = {i: stretches[i].times(steps[i]) for i in which}
+        times = {i: stretches[i].steps(steps[i]).times for i in which}
         resolved = [i for i in which if np.all(np.diff(times[i].reshape(-1)) > 0)]
         wanted = np.concatenate([times[i].reshape(-1) for i in resolved]) if resolved else np.zeros(0)
         motion = again(wanted) if len(wanted) else None

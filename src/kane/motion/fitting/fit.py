@@ -24,7 +24,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.motion_derivatives import Sensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion
-from kane.motion.derivatives.tangent_space import flow_of
+from kane.motion.derivatives.tangent_space import flow_of, sizes_of
 from kane.motion.fitting.found import Fit, FittedRun
 from kane.motion.fitting.measured import Measurements, measured, starts_of
 from kane.motion.fitting.possible import Here, Possible, possible_bodies
@@ -60,11 +60,6 @@ class ShootingSegment:
     first: bool
     columns: tuple[int, ...]
 
-    @property
-    def free(self) -> tuple[Symbol, ...]:
-        """The unknown initial values."""
-        return self.course.free
-
 
 class _Failed(Exception):
     """Raised for a motion that does not reach the end of its segment."""
@@ -85,13 +80,13 @@ class FitProblem:
     @property
     def start_slices(self) -> list[slice]:
         """The slice of z with the initial values of each segment."""
-        ends = np.cumsum([len(self.unknown), *(len(s.free) for s in self.segments)])
+        ends = np.cumsum([len(self.unknown), *(len(s.course.free) for s in self.segments)])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def of_segment(self, k: int, z: Array) -> dict[Symbol, float]:
         """The parameters and initial values of segment k at z."""
         values = [*z[: len(self.unknown)].tolist(), *z[self.start_slices[k]].tolist()]
-        return dict(zip((*self.unknown, *self.segments[k].free), values, strict=True))
+        return dict(zip((*self.unknown, *self.segments[k].course.free), values, strict=True))
 
     @property
     def first(self) -> Array:
@@ -108,7 +103,7 @@ class FitProblem:
     def leading(self) -> list[tuple[int, Symbol]]:
         """The independent unknowns, each with the segment whose initial value it is (0 for parameters), in the order of `at`."""
         own = [(0, s) for s in self.unknown]
-        return own + [(k, s) for k in self.heads for s in self.segments[k].free]
+        return own + [(k, s) for k in self.heads for s in self.segments[k].course.free]
 
     @property
     def at(self) -> list[int]:
@@ -163,7 +158,7 @@ class FitProblem:
         motions, rows, slopes = self._motions(z), list[Array](), list[Array]()
         for k, next_ in self.meetings():
             (before, _), (after, _) = motions[k], motions[next_]
-            free = set(self.segments[next_].free)
+            free = set(self.segments[next_].course.free)
             kept = [i for i, x in enumerate(self.eom.state) if x in free]
             size = self.scale[kept, None]
             rows.append((before.motion.states[-1, kept] - after.motion.states[0, kept]) / size[:, 0])
@@ -196,7 +191,7 @@ class FitProblem:
 
     @property
     def _gaps(self) -> int:
-        return sum(len(s.free) for s in self.segments if not s.first)
+        return sum(len(s.course.free) for s in self.segments if not s.first)
 
     def gap(self, z: Array) -> float:
         """The largest gap between segments, relative to the size of a state."""
@@ -296,7 +291,8 @@ def fit(
         pieces = [
             piece for course, one in zip(courses, found, strict=True) for piece in _segments(course, one, count, names)
         ]
-        bodies = possible_bodies(eom, parameters, _first(courses[0], parameters)) if physical else ()
+        first = courses[0].at(dict(zip(courses[0].by, courses[0].first.tolist(), strict=True)))
+        bodies = possible_bodies(eom, parameters, first.parameters) if physical else ()
         search = FitSearch(
             FitProblem(pieces, parameters, bodies),
             courses,
@@ -306,12 +302,6 @@ def fit(
             max_steps,
         )
         return search.run(_sigma(names, sigma))
-
-
-def _first(course: ParametricMotion, unknown: Sequence[Parameter]) -> dict[Expr, Any]:
-    """The initial values of all parameters in the search."""
-    own = dict(zip(course.by, course.first.tolist(), strict=True))
-    return {**course.parameters, **{s: own[s] for s in unknown}}
 
 
 def _sigma(names: Sequence[str], given: Any) -> Array | None:
@@ -415,8 +405,7 @@ class FitSearch:
     def _sizes(self, z: Array) -> Array:
         """The sizes of states, relative to which gaps are measured."""
         states = np.concatenate([s.motion.states for s, _ in self.problem._motions(z)])
-        size = np.abs(states).max(axis=0)
-        return np.asarray(np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0))
+        return sizes_of(self.problem.eom, np.abs(states).max(axis=0), 1e-3)
 
     def _solved(self, z: Array) -> Array:
         """The solution of the least-squares problem, starting at z."""
@@ -446,7 +435,9 @@ class FitSearch:
         """
         problem = self.problem
         z = self._nearer(z, bounds)
-        size = np.concatenate([np.abs(z[: len(problem.unknown)]), *map(self._sizes_of, range(len(problem.segments)))])
+        scale = dict(zip(problem.eom.state, problem.scale.tolist(), strict=True))
+        own = [scale[s] for segment in problem.segments for s in segment.course.free]
+        size = np.append(np.abs(z[: len(problem.unknown)]), own)
         size = np.where(size > 0, size, 1.0)
         for _ in range(self.most):
             (r, j), (c, g) = self._beside_bodies(z, weight), problem.joints(z)
@@ -542,10 +533,6 @@ class FitSearch:
             rows.append(weight**0.5 * np.pad(here.slopes, ((0, 0), (0, more))))
             rest.append(weight**0.5 * here.rest)
         return np.concatenate(rest), np.vstack(rows)
-
-    def _sizes_of(self, k: int) -> Array:
-        place = {s: i for i, s in enumerate(self.problem.eom.state)}
-        return np.asarray(self.problem.scale[[place[s] for s in self.problem.segments[k].free]])
 
     def _none(self, said: str) -> SimulationError:
         return SimulationError(

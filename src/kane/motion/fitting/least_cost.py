@@ -2,7 +2,8 @@
 """Minimization of the cost of lifted motions subject to final conditions and bounds, by sequential quadratic programming.
 
 With the defects c_k = Φ_k(x_k, z) − x_{k+1}, the condensation δx_k = S_k δz + s_k leaves a problem in δz alone. The Hessian is that
-of L_k + λ_{k+1}·Φ_k with adjoint states λ. A step is halved until J + μ (|c| + violations) decreases, μ above the multipliers.
+of L_k + λ_{k+1}·Φ_k with adjoint states λ. A step is halved until J + μ (|c| + violations) decreases, μ above the multipliers; each is
+relative to its size, as states and conditions have units.
 
 A step is the solution of a quadratic program, min ½ d·H d + g·d subject to E d = e and A d ≥ b. On the null space of E, eigenvalues
 of H are replaced by their magnitudes; the remaining least-distance problem is solved by non-negative least squares (Lawson & Hanson
@@ -17,6 +18,7 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
+from kane.motion.derivatives.tangent_space import sizes_of
 from kane.motion.fitting.lifted import StepEnds, Steps
 from kane.numeric.arrays import Array, by_substitution
 from kane.progress import far
@@ -25,7 +27,8 @@ _LEAST = 1e-8
 """Least eigenvalue, relative to the largest."""
 _FLAT = 1e-6
 """If all eigenvalues are below this fraction of the gradient, they are replaced by it: the program is linear, solved by bounds."""
-_NONE = 1e-10
+_NONE, _TINY = 1e-10, 1e-300
+"""Residual at which rows contradict each other; least size of a row or condition."""
 
 
 class QuadraticStep(NamedTuple):
@@ -66,19 +69,21 @@ def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Ar
 
 def _nearest(C: Array, h: Array) -> tuple[Array, Array] | None:
     """The u of least norm with C u ≥ h, and its multipliers; None if there is none."""
-    size = max(float(np.abs(h).max()), 1e-300)
-    E = np.vstack([C.T, h / size])
+    size, wide = max(float(np.abs(h).max()), _TINY), max(float(np.abs(C).max(initial=0)), _TINY)
+    E = np.vstack([C.T / wide, h / size])
     y, left = nnls(E, np.append(np.zeros(C.shape[1]), 1.0), maxiter=30 * len(h))
     if left <= _NONE:
         return None
     r = E @ y
     r[-1] -= 1.0
-    return size * r[:-1] / -r[-1], size * y / -r[-1]
+    return size / wide * r[:-1] / -r[-1], size / wide**2 * y / -r[-1]
 
 
 _ARRIVED, _SHORT, _FALL, _NEAR = 1e-9, 1e-6, 1e-4, 0.3
 """Step at convergence, least fraction of a step, required fraction of the predicted decrease; and the relative change of states
 below which the Hessian includes the curvature of the motion, which is misleading far from the solution."""
+_SMALL = 1e-2
+"""Least size of a state, relative to the largest of its kind."""
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.02)
 """Fractions of the defects and conditions that a step may satisfy, tried in order if bounds prevent more."""
 
@@ -101,6 +106,19 @@ class Limits:
     least: Array
     most: Array
 
+    @property
+    def wide(self) -> Array:
+        """The largest magnitudes of the final conditions that are admitted, as far as they are bounded."""
+        ends = np.abs([self.least, self.most])
+        return np.asarray(np.where(np.isfinite(ends), ends, 0.0).max(axis=0))
+
+
+class _MeritSizes(NamedTuple):
+    """The sizes of states (n) and of final conditions (e)."""
+
+    x: Array
+    end: Array
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Here:
@@ -116,9 +134,17 @@ class _Here:
         e = self.end[1:]
         return np.maximum(np.maximum(limits.least - e, e - limits.most), 0.0)
 
-    def merit(self, limits: Limits, mu: float) -> float:
-        off = float(np.abs(self.defects).sum() + self.missed(limits).sum())
-        return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * off
+    def off(self, limits: Limits, size: _MeritSizes) -> float:
+        """The sum of the defects and violations, relative to their sizes."""
+        return float(np.abs(self.defects / size.x).sum() + (self.missed(limits) / size.end).sum())
+
+    def merit(self, limits: Limits, size: _MeritSizes, mu: float) -> float:
+        return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * self.off(limits, size)
+
+    def sizes(self, steps: Steps, x: Array, limits: Limits) -> _MeritSizes:
+        """Sizes along the motion: of states per unit, of conditions those of their terms and bounds."""
+        own = sizes_of(steps.now.eom, np.abs(np.vstack([x, self.flow.x])).max(axis=0), _SMALL)
+        return _MeritSizes(own, np.maximum(np.abs(self.end_slopes[1:]) @ own, limits.wide) + _TINY)
 
 
 def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> CostMinimum | None:
@@ -126,38 +152,37 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
 
     With `near`, ½ |z − near|² is added to the cost.
     """
-    weights, mu, close = np.zeros(len(limits.least)), 1.0, False
+    weights, mu, close = np.zeros(len(limits.least)), 0.0, False
     here = _at(steps, z, x, near)
     for count in range(1, most + 1):
-        size = np.maximum(np.abs(x).max(axis=0), 1e-2 * (np.abs(x).max() or 1.0))
+        size = here.sizes(steps, x, limits)
         far(partial("{} steps".format, count))
-        (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size, close)
+        (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size.x, close)
         if near is not None:
             H, g = H + np.eye(len(z)), (g[0] + z - near, g[1])
-        found = _step(here, (H, *g), (S[-1], s[-1]), limits, z)
+        found = _step(here, (H, *g), (S[-1], s[-1]), limits, z, size.end)
         if found is None:
             return None
         step, part = found
         d = step.d
         dx = S @ d + part * s
         new = step.equal
-        if max(np.abs(d).max(), np.abs(dx / size).max(), here.missed(limits).max(initial=0.0)) <= _ARRIVED:
+        moved, missed = float(np.abs(dx / size.x).max()), here.missed(limits) / size.end
+        if max(np.abs(d).max(), moved, missed.max(initial=0.0)) <= _ARRIVED:
             return CostMinimum(z + d, x + dx, count)
-        mu = max(mu / 2, 2.0 * max(float(np.abs(lam).max()), float(np.abs(new).max(initial=0.0))))
-        now, share = here.merit(limits, mu), 1.0
-        fall = float((g[0] + part * g[1]) @ d) - part * mu * float(
-            np.abs(here.defects).sum() + here.missed(limits).sum()
-        )
+        mu = max(mu / 2, 2.0 * max(float(np.abs(lam * size.x).max()), float(np.abs(new * size.end).max(initial=0.0))))
+        now, share = here.merit(limits, size, mu), 1.0
+        fall = float((g[0] + part * g[1]) @ d) - part * mu * here.off(limits, size)
         while share > _SHORT:
             there = _at(steps, z + share * d, x + share * dx, near)
-            value = there.merit(limits, mu)
+            value = there.merit(limits, size, mu)
             if np.isfinite(value) and value <= now + _FALL * share * min(fall, 0.0) + 1e-13 * abs(now):
                 break
             share /= 2
         else:
             return None
         z, x, weights, here = z + share * d, x + share * dx, weights + share * (new - weights), there
-        close = part == 1.0 and float(np.abs(dx / size).max()) < _NEAR
+        close = part == 1.0 and moved < _NEAR
     return None
 
 
@@ -177,11 +202,7 @@ def _reduced(
     end_curvature = steps.end_curvature(x[-1], weights * close, size)
     lam = np.empty((m + 1, n))
     lam[-1] = np.append(1.0, weights) @ here.end_slopes
-    S, s = np.zeros((m + 1, n, count)), np.zeros((m + 1, n))
-    for k in range(m):
-        S[k + 1] = a[k] @ S[k]
-        S[k + 1][:, steps.active[k]] += b[k]
-        s[k + 1] = a[k] @ s[k] + here.defects[k]
+    S, s = steps.condensed(flow, here.defects, count)
     for k in range(m - 1, -1, -1):
         lam[k] = flow.cost_slopes[k, :n] + a[k].T @ lam[k + 1]
     curvature = steps.curvature(x[:-1], z[steps.active], flow, lam[1:] * close, size)
@@ -198,11 +219,20 @@ def _reduced(
 
 
 def _step(
-    here: _Here, quadratic: tuple[Array, Array, Array], last: tuple[Array, Array], limits: Limits, z: Array
+    here: _Here,
+    quadratic: tuple[Array, Array, Array],
+    last: tuple[Array, Array],
+    limits: Limits,
+    z: Array,
+    sizes: Array,
 ) -> tuple[QuadraticStep, float] | None:
-    """The step with the multipliers of all conditions as `equal`, and the fraction of defects and conditions that it satisfies."""
+    """The step with the multipliers of all conditions as `equal`, and the fraction of defects and conditions that it satisfies.
+
+    The program has the conditions relative to their `sizes`.
+    """
     H, g, by_shift = quadratic
-    slopes, values = here.end_slopes[1:], here.end[1:]
+    slopes, values = here.end_slopes[1:] / sizes[:, None], here.end[1:] / sizes
+    lowest, highest = limits.least / sizes, limits.most / sizes
     by, now = slopes @ last[0], values + slopes @ last[1]
     equal = limits.least == limits.most
     below, above = ~equal & np.isfinite(limits.least), ~equal & np.isfinite(limits.most)
@@ -211,8 +241,8 @@ def _step(
     fixed = np.concatenate([(limits.low - z)[low], (z - limits.high)[high]])
     for share in _SHARES:
         e, asked = (
-            -(now - limits.least)[equal],
-            np.concatenate([(limits.least - now)[below], (now - limits.most)[above]]),
+            -(now - lowest)[equal],
+            np.concatenate([(lowest - now)[below], (now - highest)[above]]),
         )
         b = np.concatenate([np.where(asked > 0, share * asked, asked), fixed])
         step = least(H, g + share * by_shift, (by[equal], share * e), (A, b))
@@ -221,5 +251,5 @@ def _step(
             weights[equal] = step.equal
             weights[below] -= step.above[:p]
             weights[above] += step.above[p : p + q]
-            return QuadraticStep(step.d, weights, step.above), share
+            return QuadraticStep(step.d, weights / sizes, step.above), share
     return None

@@ -8,7 +8,7 @@ second derivatives are differences of these. The states between steps are unknow
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -103,6 +103,20 @@ class Steps:
             h[:, None] * np.tensordot(_B, dc, 1),
         )
 
+    def condensed(self, flow: StepEnds, defects: Array, count: int) -> tuple[Array, Array]:
+        """S and s (m + 1 × n …) of δx_k = S_k δz + s_k, z with `count` components."""
+        (m, n), a = flow.x.shape, flow.x_slopes[:, :, : flow.x.shape[1]]
+        S, s = np.zeros((m + 1, n, count)), np.zeros((m + 1, n))
+        for k in range(m):
+            S[k + 1] = a[k] @ S[k]
+            S[k + 1][:, self.active[k]] += flow.x_slopes[k, :, n:]
+            s[k + 1] = a[k] @ s[k] + defects[k]
+        return S, s
+
+    def resized(self, factors: Array) -> "Steps":
+        """The same with unknowns in units that are larger by `factors`."""
+        return replace(self, gain=self.gain * factors[self.active][None, :, None])
+
     def curvature(self, x: Array, z: Array, at: StepEnds, weights: Array, size: Array) -> Array:
         """∂²(L_k + λ_{k+1}·Φ_k)/∂(x, z)² of each step (m × n + a × n + a), by differences of first derivatives."""
         (m, n), a = x.shape, z.shape[1]
@@ -121,6 +135,12 @@ class Steps:
         """Final cost and conditions (1 + e), and their derivatives by the state."""
         (at,) = self.read(self.t[-1, -1:], x[None], np.zeros((1, self.base.shape[2])))
         return at[1:, 0], at[1:, 1 : len(x) + 1]
+
+    def end_by(self, x: Array, z: Array) -> tuple[Array, Array]:
+        """The conditions (e) and their derivatives by z (e × count), at states x between steps that need not join."""
+        flow = self.flow(np.arange(len(self.h)), x[:-1], z[self.active])
+        values, slopes = self.end(x[-1])
+        return values[1:], slopes[1:] @ self.condensed(flow, 0 * flow.x, len(z))[0][-1]
 
     def end_curvature(self, x: Array, weights: Array, size: Array) -> Array:
         """∂²(cost + weights·conditions)/∂x² at the final state (n × n)."""

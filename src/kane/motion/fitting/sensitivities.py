@@ -40,7 +40,9 @@ def sensitivities(
     span : (float, float)
         beginning and end (s)
     by : parameters, of the equations or of inputs that are expressions; and coordinates, speeds or states, which stand for their
-        initial values. Under constraints, parameters vary with fixed independent initial values, which determine the dependent ones
+        initial values. Under constraints, parameters vary with fixed independent initial values, which determine the dependent ones:
+        the first specified ones, in order, then some of the guesses and values left out, as they are assembled here. A new
+        `kn.simulate` from the same guesses seeks all of them again
     state : a `kn.State` as initial state, instead of q, u, states, parameters and inputs
     samples : number of samples, or their times
     method : "forward" integrates the derivatives of all states with respect to all of `by`; "adjoint" takes a backward integration

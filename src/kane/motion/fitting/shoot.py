@@ -39,6 +39,8 @@ _POINTS = 4
 _MANY = 2
 """Largest ratio of differentiated numbers to unknowns for the adjoint: with two rods it takes 3 to 6 ms, the variational equations
 9 to 50; with ten rods 8 instead of 1,000."""
+_SAMPLES, _TINY = 50, 1e-300
+"""Samples of a motion that show the sizes of conditions, and the least size of one."""
 
 
 class Curve(NamedTuple):
@@ -133,18 +135,24 @@ class Aim:
         """The integrand, the final cost and the conditions."""
         return (self.integral, self.cost, *self.ends)
 
-    def apart(self, change: Array) -> Array:
-        """Magnitudes of changes of the conditions, relative to the larger of 1 and the lower bound."""
-        return np.asarray(np.abs(change) / np.maximum(1.0, np.abs(np.where(np.isfinite(self.low), self.low, 0.0))))
+    def sizes(self, values: Array) -> Array:
+        """The largest magnitude of each condition along a motion (k × m) and of its bounds."""
+        ends = np.abs(np.vstack([values, self.low, self.high]))
+        return np.asarray(np.where(np.isfinite(ends), ends, 0.0).max(axis=0))
 
     def missed(self, values: Array) -> Array:
-        """The violation of each condition, relative as in `apart`."""
-        return self.apart(np.maximum(np.maximum(self.low - values, values - self.high), 0.0))
+        """The violation of each condition at the end of a motion (k × m), relative to its size along it."""
+        off = np.maximum(np.maximum(self.low - values[-1], values[-1] - self.high), 0.0)
+        return np.asarray(off / np.maximum(self.sizes(values), _TINY))
 
     @property
     def numbers(self) -> int:
         """The number of differentiated values: the conditions, and the cost."""
         return len(self.ends) + self.costs
+
+    def along(self, motion: Solution) -> Array:
+        """The conditions at the samples of a motion (k × m)."""
+        return np.array([motion[e] for e in self.ends]).reshape(len(self.ends), len(motion)).T
 
     def value(self, motion: Solution) -> float:
         """J of a smooth motion with samples at `times`."""
@@ -171,7 +179,8 @@ class Flight:
     """Motions as functions of the scaled unknowns z; the last derivatives are cached."""
 
     def __init__(self, course: ParametricMotion, aim: Aim, sizes: Array) -> None:
-        self.course, self.aim, self.sizes, self.steps = course, aim, sizes, 0
+        self.unsized = sizes == 0
+        self.course, self.aim, self.sizes, self.steps = course, aim, np.where(self.unsized, 1.0, sizes), 0
         self._last: tuple[bytes, Differentiated] | None = None
 
     def at(self, z: Array) -> ParametricMotion:
@@ -224,10 +233,23 @@ class Flight:
         cost, by_cost = (float(values[m]), slopes[m]) if aim.costs else (0.0, np.zeros(len(self.sizes)))
         return values[:m], slopes[:m], cost, by_cost
 
-    def end(self, z: Array) -> Array:
-        """The final values of the conditions."""
-        motion = self.motion(z, 2)
-        return np.array([motion[e][-1] for e in self.aim.ends])
+    def conditions(self, z: Array) -> Array:
+        """The conditions along the motion (k × m)."""
+        motion = self.motion(z, _SAMPLES)
+        return self.aim.along(motion)
+
+    def resize(self, rows: Array, slopes: Array) -> Array:
+        """The factors by which the sizes of unknowns change for which nothing gave a size, all of a unit alike.
+
+        Afterwards such an unknown, by its size, changes a condition by its own size `rows` (m), or none by more; `slopes` (m × k).
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where((rows[:, None] > 0) & (slopes != 0), rows[:, None] / np.abs(slopes), np.inf).min(axis=0)
+        units = [s.unit if open_ else None for s, open_ in zip(self.course.by, self.unsized, strict=True)]
+        least = {u: min(r for r, v in zip(reach.tolist(), units, strict=True) if v == u) for u in units}
+        factors = np.array([1.0 if u is None or not np.isfinite(least[u]) else least[u] for u in units])
+        self.sizes, self._last = self.sizes * factors, None
+        return factors
 
 
 @by_keyword
@@ -266,7 +288,7 @@ def shoot(
     panels : number of segments in multiple shooting (see Notes) and in the quadrature; divided further at breakpoints of inputs
     bounds : {unknown: (low, high)}, None for no bound
     rtol, atol : tolerances of the motions
-    tolerance : admissible residual of the conditions, for quantities of order 1
+    tolerance : admissible residual of the conditions, each relative to its largest magnitude along the motion
     max_steps : largest number of steps of the optimizer
     q, u, states, parameters, inputs : initial guess, as for `kn.simulate`
 
@@ -298,28 +320,41 @@ def shoot(
     course = ParametricMotion.of(eom, span, unknown, given, (rtol, atol), settings)
     aim = _aim(eom, course, end, cost, integral, panels)
     first, (low, high) = course.first, course.limits(bounds)
-    flight = Flight(course, aim, _sizes(course.by, first))
+    flight = Flight(course, aim, _sizes(course.by, first, (low, high)))
     with working("Shooting"):
         found = _joined(flight, first, (low, high), panels, tolerance, max_steps)
         if found is not None:
             return _shot(flight, *found, tolerance, aim.value)
         z, message = first / flight.sizes, ""
-        flight.slopes(z)
+        rows = aim.sizes(flight.conditions(z))
+        if flight.unsized.any():
+            flight.resize(rows, flight.slopes(z).by_ends)
+        rows = np.where(rows > 0, rows, np.abs(flight.slopes(z).by_ends).max(axis=1, initial=0))
+        rows = np.where(rows > 0, rows, 1.0)
         if aim.ends:
-            z, message = _least_residual(flight, z, (low, high), max_steps)
+            z, message = _least_residual(flight, z, (low, high), rows, max_steps)
         if aim.costs:
-            near = Flight(course, aim, _sizes(course.by, z * flight.sizes))
+            sizes = _sizes(course.by, z * flight.sizes, (low, high))
+            near = Flight(course, aim, np.where(sizes > 0, sizes, flight.sizes))
             near.steps = flight.steps
-            z, message = _least(near, z * flight.sizes / near.sizes, (low, high), tolerance, max_steps)
+            z, message = _least(near, z * flight.sizes / near.sizes, (low, high), rows, tolerance, max_steps)
             flight = near
         return _shot(flight, z, message, tolerance, lambda motion: flight.slopes(z).cost)
 
 
-def _sizes(by: Sequence[Symbol], values: Array) -> Array:
-    """The scale of each unknown for the optimizer: its magnitude, at least a tenth of the largest one with the same unit."""
-    units = [getattr(s, "unit", "") for s in by]
-    largest = {unit: max(abs(v) for v, u in zip(values.tolist(), units, strict=True) if u == unit) for unit in units}
-    return np.array([max(abs(v), 0.1 * largest[u]) or 1.0 for v, u in zip(values.tolist(), units, strict=True)])
+def _sizes(by: Sequence[Symbol], values: Array, bounds: tuple[Array, Array]) -> Array:
+    """The scale of each unknown for the optimizer: its magnitude, at least a tenth of the largest one with the same unit.
+
+    If all values with this unit are zero, it is that of their bounds, or 0 without bounds.
+    """
+    units, ends = [getattr(s, "unit", "") for s in by], np.abs(bounds)
+
+    def shared(magnitudes: Array) -> Array:
+        own = list(zip(magnitudes.tolist(), units, strict=True))
+        return np.array([max(x, 0.1 * max(y for y, v in own if v == u)) for x, u in own])
+
+    first = shared(np.abs(values))
+    return np.where(first > 0, first, shared(np.where(np.isfinite(ends), ends, 0.0).max(axis=0)))
 
 
 def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral: Any, panels: Any) -> Aim:
@@ -367,16 +402,21 @@ def _joined(
             return None
         limits = Limits(*_scaled(bounds, flight), aim.low - shift, aim.high - shift)
         x = _guessed(flight, z, steps.edges) if x is None else x
+        if flight.unsized.any() and not flight.steps:
+            values, slopes = steps.end_by(x, z)
+            factors = flight.resize(aim.sizes(np.vstack([steps.end(x[0])[0][1:], values])), slopes)
+            steps, start = steps.resized(factors), start / factors
+            z = start
         found = least_cost(steps, z, x, limits, most, None if aim.costs else start)
         if found is None:
             return None
         z, x = np.clip(found.z, limits.low, limits.high), found.x
         flight.steps += found.rounds
-        values = flight.end(z)
+        values = flight.conditions(z)
         if aim.missed(values).max(initial=0.0) <= tolerance / 2:
             return z, f"a minimum with {len(steps.h)} joined motions"
-        shift = values - steps.end(x[-1])[0][1:]
-        if aim.apart(shift).max(initial=0.0) > _COARSE:
+        shift = values[-1] - steps.end(x[-1])[0][1:]
+        if (np.abs(shift) > _COARSE * aim.sizes(values)).any():
             count, shift, x = 2 * count, 0 * shift, None
             steps = steps_of(course, aim.exprs, flight.sizes, count)
     return None
@@ -394,15 +434,15 @@ def _guessed(flight: Flight, z: Array, times: Array) -> Array:
     return np.asarray(motion.states[np.searchsorted(motion.t, np.minimum(times, motion.t[-1]))])
 
 
-def _least_residual(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
-    """Solves the conditions alone, by least squares."""
+def _least_residual(flight: Flight, z: Array, bounds: tuple[Array, Array], rows: Array, most: int) -> tuple[Array, str]:
+    """Solves the conditions alone, by least squares, relative to their sizes `rows`."""
     aim = flight.aim
     call: Callable[..., Any] = least_squares
 
     def missed(at: Array) -> tuple[Array, Array]:
         values, slopes, *_ = flight.slopes(at)
         below, above = np.minimum(values - aim.low, 0), np.maximum(values - aim.high, 0)
-        return below + above, np.where((below + above != 0)[:, None], slopes, 0.0)
+        return (below + above) / rows, np.where((below + above != 0)[:, None], slopes, 0.0) / rows[:, None]
 
     def residuals(at: Array) -> Array:
         try:
@@ -421,8 +461,10 @@ def _scaled(bounds: tuple[Array, Array], flight: Flight) -> tuple[Array, Array]:
     return bounds[0] / flight.sizes, bounds[1] / flight.sizes
 
 
-def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: float, most: int) -> tuple[Array, str]:
-    """Minimizes the cost subject to the conditions."""
+def _least(
+    flight: Flight, z: Array, bounds: tuple[Array, Array], rows: Array, tolerance: float, most: int
+) -> tuple[Array, str]:
+    """Minimizes the cost subject to the conditions, relative to their sizes `rows`."""
     aim = flight.aim
     equal = aim.low == aim.high
     kinds = (
@@ -433,13 +475,14 @@ def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: flo
     conditions = [
         {
             "type": kind,
-            "fun": lambda at, rows=rows, to=to, sign=sign: sign * (flight.slopes(at).ends - to)[rows],
-            "jac": lambda at, rows=rows, sign=sign: sign * flight.slopes(at).by_ends[rows],
+            "fun": lambda at, k=k, to=to, sign=sign: sign * ((flight.slopes(at).ends - to) / rows)[k],
+            "jac": lambda at, k=k, sign=sign: sign * (flight.slopes(at).by_ends / rows[:, None])[k],
         }
-        for kind, rows, to, sign in kinds
-        if len(rows)
+        for kind, k, to, sign in kinds
+        if len(k)
     ]
-    scale = abs(flight.slopes(z).cost) or 1.0
+    first = flight.slopes(z)
+    scale = max(abs(first.cost), float(np.abs(first.by_cost).max())) or 1.0
     call: Callable[..., Any] = minimize
     found = call(
         lambda at: flight.slopes(at).cost / scale, z, jac=lambda at: flight.slopes(at).by_cost / scale, constraints=conditions,
@@ -450,10 +493,10 @@ def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: flo
 
 def _shot(flight: Flight, z: Array, message: str, tolerance: float, cost: Callable[[Solution], float]) -> Shot:
     aim, course = flight.aim, flight.at(z)
-    at = flight.motion(z, np.unique(np.append(aim.times, course.end)))
-    values = np.array([at[e][-1] for e in aim.ends])
+    at = flight.motion(z, np.unique(np.append(aim.times, np.linspace(course.map.t0, course.end, _SAMPLES))))
+    along = aim.along(at)
+    values, missed = along[-1], aim.missed(along)
     off = np.maximum(np.maximum(aim.low - values, values - aim.high), 0)
-    missed = aim.missed(values)
     if not missed.max(initial=0.0) <= 10 * tolerance:
         k = int(np.argmax(missed))
         raise SimulationError(

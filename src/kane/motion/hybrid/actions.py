@@ -20,7 +20,7 @@ from kane.model.declarations import Event, target
 from kane.motion.hybrid.automaton import acting, leapt_over
 from kane.motion.inputs.expressions import value
 from kane.motion.inputs.functions import Function, input_functions
-from kane.motion.inputs.smooth import curve
+from kane.motion.inputs.smooth import rounding_of
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import inherited_inputs
 from kane.motion.start import check_masses
@@ -157,7 +157,7 @@ def _inputs(
         laws = before.phase.inputs, made
         (old, now), rates = ([value(f[x], t, before.x) for f in laws] for x in (s, rate))
         near = EQUAL * max(abs(now), abs(old)) + NEAR_TIME * (end - t) * max(map(abs, rates))
-        if abs(now - old) > near + sum(curve(f[s]).rounding(t) for f in laws):
+        if abs(now - old) > near + sum(rounding_of(f[s])(t) for f in laws):
             raise SimulationError(
                 f"Expected the prescribed motion {s} without a jump at t = {t:.9g}, where an event changes it, got {old:.6g} before "
                 f"and {now:.6g} after: it would need an infinite force. Let the new law begin where the old one ends."

@@ -46,7 +46,7 @@ from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_TERMS, SAME_TIME, SOON
 from kane.program.from_expressions import Bundle, Task, build_program
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import aligned, entry, wide_entry
+from kane.program.native.entry import aligned, aligned_copy, entry, wide_entry
 from kane.program.native.machine import Settings
 from kane.program.passes.optimize import rounding
 from kane.program.program import Port
@@ -90,7 +90,7 @@ def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
 def _size(event: Event) -> Expr:
     if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
         return ZERO
-    return add(size(event.quantity, {}), as_expr(abs(event.threshold)))
+    return add(size(event.quantity, {}, late=True), as_expr(abs(event.threshold)))
 
 
 def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
@@ -238,7 +238,9 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
     """Kernel arguments for events, followed by switching surfaces, from time t on."""
     assert now.events is not None
     numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y, now.inputs(t, y))
-    given = {name: _aligned_copy(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
+    # vector loads of aligned arrays do not cross cache lines
+    made = numeric.value(tables, len(y), len(now.quantities)).items()
+    given: Given = {name: what if isinstance(what, int) else aligned_copy(what) for name, what in made}
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen)), "sides_at": len(now.eom.parameters)}
     begin_at(given, now.eom.events, fresh)
     given["kinds"][[k * KINDS for k in asks_for(now)]] = float(EventKind.ASKED)
@@ -247,15 +249,6 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
     if wide:
         given["watch"] = wide_entry(now.events, PARTS)
     return given
-
-
-def _aligned_copy(what: Any) -> Any:
-    """A copy of an array, aligned so that vector loads do not cross cache lines; an integer unchanged."""
-    if isinstance(what, int):
-        return what
-    copy = aligned(len(what))
-    copy[:] = what
-    return copy
 
 
 def evaluated(now: Routines) -> dict[str, CompiledRoutine]:
@@ -419,17 +412,9 @@ def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, 
     return value, error
 
 
-def quantity_along(event: Event, now: Routines, t: float, state: Array) -> tuple[float, float]:
-    """The value of an event's quantity, with solutions for reactions, and the magnitude of its terms."""
-    return _with_terms(_known(event.quantity, now, t, state), now, t, state)
-
-
 def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:
     """The fraction `share` of the terms of a quantity; 0 if it contains reactions or accelerations, whose terms are unknown."""
-    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
-        return 0.0
-    terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
-    return share * (terms + abs(event.threshold))
+    return share * float(evaluate(_size(event), now.values(t, state)))
 
 
 def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
@@ -490,7 +475,7 @@ def check_forces(now: Routines, t: float, state: Array, known: Collection[str]) 
 
 def _beyond(event: Event, now: Routines, t: float, state: Array, share: float = EQUAL) -> bool:
     """Whether a quantity is below zero by more than the fraction `share` of its terms, or NaN."""
-    value, terms = quantity_along(event, now, t, state)
+    value, terms = _with_terms(_known(event.quantity, now, t, state), now, t, state)
     return not value >= -share * terms
 
 

@@ -114,7 +114,7 @@ class _Automaton(After):
         self.t.put(self.s[int(Slot.TIME)])
         self.begins.put(self.enter)
         self.decides.put(0)
-        self.still.put(w.compute("int", self.kept[self.of.k * 4]))
+        self.still.put(w.compute("int", self.kept[self.of.k * len(self.kept_arrays)]))
         with w.when(self.enter >= AGAIN):
             self.begins.put(0)
             at = (self.mode.get() * self.e + self.enter - AGAIN) * 2
@@ -131,7 +131,7 @@ class _Automaton(After):
                 self.follow()
         self.records[0] = w.compute("float", self.rows.get())
         self.records[1] = w.compute("float", self.noted_count.get())
-        self.kept[self.of.k * 4] = w.compute("float", self.still.get())
+        self.kept[self.of.k * len(self.kept_arrays)] = w.compute("float", self.still.get())
         return w.finished(self.back)
 
     def meets(self, kind: Term, contact: Term) -> None:
@@ -267,9 +267,10 @@ class _Automaton(After):
             w.when(of.index(of.own + n).equals(i)),
         ):
             gains.put(self.gained(n))
+            self.slip_rate[i] = self.rate_of_slip(n)
         v, gained = self.slip(i), gains.get()
         self.fastest[i] = of.largest(self.slip_terms(i), v, gained)
-        level = self.level(i, self.fastest[i])
+        level = self.level(i, self.fastest[i], self.slip_rate[i])
         straight = of.largest(level * 2.0, gained, v * (1 + ENDS))
         self.extra[at + d - 1] = w.select(self.next[i] <= STRAIGHT, straight, level)
 

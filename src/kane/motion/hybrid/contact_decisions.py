@@ -321,7 +321,10 @@ class Decisions:
         )
 
     def group(self) -> None:
-        """Sets `first` of each contact to the first one with the same slip, by equal tangential rows of W."""
+        """Sets `first` of each contact to the first one with the same slip, by equal tangential rows of W and b.
+
+        Where rows are equal at one instant only, as where a joint passes the plane, what is left of their b differs.
+        """
         w, room, d, kd, c = self.writer, self.room, self.d, self.k * self.d, self.count
         with w.few(c.get()) as n:
             room[self.first + n] = w.compute("float", n)
@@ -332,6 +335,11 @@ class Decisions:
                     apart = self.absolute(room[self.W + a * kd + i] - room[self.W + b * kd + i])
                     size = w.compute("sqrt", room[self.W + a * kd + a] * room[self.W + i * kd + i])
                     self.cell.put(self.largest(self.cell.get(), w.select(apart > size * EQUAL, 1.0, 0.0)))
+                with w.few(d - 1) as j:
+                    a, b = n * d + 1 + j, m * d + 1 + j
+                    size = room[self.terms + a] + room[self.terms + b]
+                    apart = self.absolute(room[self.b + a] - room[self.b + b]) > size * EQUAL
+                    self.cell.put(w.select(apart, 1.0, self.cell.get()))
                 same = (self.cell.get() < 0.5) & (room[self.rubs + m] > 0.0)
                 earlier = room[self.first + n] >= w.compute("float", n)
                 with w.when(same & earlier):

@@ -14,7 +14,7 @@ NOTHING = 1e-10
 """Fraction of its terms up to which a velocity counts as zero, as where a slip or an approach ends."""
 STARTS, ENDS = 1e-8, 1e-10
 """Slip has a fixed direction up to the speed gained in this fraction of the span after its beginning; and before its end, below this
-fraction of its terms, or below the error that tolerances allow, as it would oscillate about its end."""
+fraction of its terms, or below the error that tolerances or rounding of the time leave, as it would oscillate about its end."""
 FLAT, LOW = 1e-3, 1e-10
 """Fractions of the tolerance of a gap, and of the highest rebound, below which rebounds are omitted."""
 KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
@@ -32,7 +32,8 @@ Which = Callable[[Term], Term]
 class After:
     """The writer of decisions after an event; its arguments are arrays with the data of contacts.
 
-    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound` as in `kane.motion.contact_motion`;
+    `modes` and `directions` of slip are the present ones; `slack`, `fastest`, `highest`, `rebound`, `slip_rate` as in
+    `kane.motion.contact_motion`;
     `next_modes` and `next_ways` are the results, `sliding`, `friction`, `touching`, `hits` the input of a decision. `tolerances` are
     atol, rtol and the first step of the motion, 0 if the kernel chooses it.
     """
@@ -42,7 +43,8 @@ class After:
         self.impacts = ImpactKernel(self.of)
         self.s, self.y, self.calls, self.tolerances = self._arrays("s", "y", "calls", "tolerances")
         self.modes, self.directions, self.slip_count = self._arrays("modes", "directions", "slip_count")
-        self.slack, self.fastest, self.highest, self.rebound = self._arrays("slack", "fastest", "highest", "rebound")
+        self.kept_arrays = self._arrays("slack", "fastest", "highest", "rebound", "slip_rate")
+        self.slack, self.fastest, self.highest, self.rebound, self.slip_rate = self.kept_arrays
         self.next, self.next_ways, self.sliding, self.friction = self._arrays(
             "next_modes", "next_ways", "sliding", "friction"
         )
@@ -70,7 +72,7 @@ class After:
 
     def keep(self, back: bool) -> None:
         """Saves the data of contacts, or restores them (`back`) for Python to decide."""
-        for k, one in enumerate((self.slack, self.fastest, self.highest, self.rebound)):
+        for k, one in enumerate(self.kept_arrays):
             with self.w.few(self.of.k) as i:
                 at = self.of.k * k + i
                 if back:
@@ -305,7 +307,9 @@ class After:
             with w.when((kind > STICK) & ~sticks):
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
-                slides = self.slip(i) > self.level(i, of.largest(self.slip_terms(i), self.gained(n)))
+                slides = self.slip(i) > self.level(
+                    i, of.largest(self.slip_terms(i), self.gained(n)), self.rate_of_slip(n)
+                )
                 of.doubt(
                     self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5)
                 )  # it may have turned before its end
@@ -331,10 +335,14 @@ class After:
 
     def gained(self, n: Term) -> Term:
         """The slip speed up to which the n-th chosen contact slips in a fixed direction after its slip begins: see `STARTS`."""
-        return self.of.length(self.of.a + n * self.of.d + 1) * self.s[int(Slot.SPAN)] * STARTS
+        return self.rate_of_slip(n) * self.s[int(Slot.SPAN)] * STARTS
 
-    def level(self, i: Term, fastest: Term) -> Term:
-        """The slip speed below which contact i, with the largest speed `fastest`, slips in a fixed direction: see `ENDS`."""
+    def rate_of_slip(self, n: Term) -> Term:
+        """The magnitude of the slip acceleration of the n-th chosen contact."""
+        return self.of.length(self.of.a + n * self.of.d + 1)
+
+    def level(self, i: Term, fastest: Term, rate: Term) -> Term:
+        """The slip speed below which contact i, by its `fastest` one and its `rate`, slips in a fixed direction: see `ENDS`."""
         w, of = self.w, self.of
         sums = of.cell
         sums.put(0.0)
@@ -342,7 +350,7 @@ class After:
             row = of.J + (i * of.d + j) * of.width
             sums.put(of.largest(sums.get(), of.sum(of.nu, lambda l: of.absolute(of.room[row + l]))))
         left = self.tolerances[1] * fastest + self.tolerances[0] * sums.get()
-        return of.largest(fastest * ENDS, left)
+        return of.largest(fastest * ENDS, left, rate * of.absolute(self.t.get()) * ROUNDED_TERMS)
 
     def gap_acceleration(self, i: Term) -> Term:
         """The acceleration of a gap due to the present contact forces."""
@@ -489,8 +497,8 @@ class After:
             open_ = self.tolerances[0] + self.tolerances[1] * of.numbers[of.gap_terms + i]
             with w.when(falls):
                 self.highest[i] = of.largest(self.highest[i], height)
-            rounded = of.numbers[of.gap_terms + i] * ROUNDED
-            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW, rounded)):
+            left = of.largest(of.numbers[of.gap_terms + i] * ROUNDED, self.shifted(i))
+            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW, left)):
                 rests.put(1)
                 self.hits[i] = 2.0
                 after = self.t.get() - v * 2.0 / (a * (1.0 - e))
@@ -498,6 +506,16 @@ class After:
         with w.when((rests.get() > 0) & (of.unsure.get() < 1)):
             self.hold()
             self.next_task.put(_REST)  # beside these others fall faster
+
+    def shifted(self, i: Term) -> Term:
+        """How far at most gap i is shifted when the gaps of closed contacts, zero up to the resolution of times, are made zero."""
+        w, of, d, kd = self.w, self.of, self.of.d, self.of.k * self.of.d
+        shift = of.cell
+        shift.put(0.0)
+        with w.few(of.k) as n, w.when((self.touching[n] > 0.0) & (of.places[n * d] > -0.5)):
+            own, mine = (of.room[of.mobility + m * d * kd + n * d] for m in (n, i))
+            shift.put(shift.get() + of.absolute(of.numbers[of.gaps + n] * mine / own))
+        return shift.get() * 2.0
 
     def hold(self) -> None:
         """Makes the least change of speeds after which rates of closed gaps are zero, and slips of contacts that do not slip."""

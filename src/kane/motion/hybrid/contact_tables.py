@@ -20,7 +20,7 @@ from kane.motion.right_hand_side import Given
 from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.arrays import Array
 
-KNOWN = ("slack", "fastest", "highest", "rebound")
+KNOWN = ("slack", "fastest", "highest", "rebound", "slip_rate")
 """Data of each contact, one number each, as in `kane.motion.contact_motion`."""
 MODES, ROWS = 32, 1024
 """Largest number of modes with kernels; number of modes of a motion after which results are collected."""
@@ -98,7 +98,7 @@ def structure(eom: Equations, most: int = ROWS) -> Given:
         **wide,
         "directions": np.zeros(k * (d - 1)),
         "extra": np.zeros(k * (d + 1)),
-        "kept": np.zeros(4 * k + 1),
+        "kept": np.zeros(len(KNOWN) * k + 1),
         "turning": np.zeros(ROOM),
         "places": np.array([NO_PLACE if p is None else float(p) for own in where.places for p in own]),
         "always": np.array([*where.always, 0.0], dtype=float),

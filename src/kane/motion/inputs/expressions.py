@@ -13,7 +13,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf, isfinite, nan
+from math import isfinite
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -332,15 +332,9 @@ def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -
     """
     if not callable(function):
         raise SimulationError(f"Expected a function f(t, x) as a sampled controller, got {cut(repr(function))}.")
-    try:
-        length = float(period)
-    except (TypeError, ValueError, OverflowError):
-        length = nan
-    if not 0 < length < inf:
-        raise SimulationError(
-            f"Expected a {'' if isfinite(length) else 'finite '}period > 0 of a sampled controller, got {cut(repr(period))}. It is "
-            "a time in s, such as 0.01."
-        )
+    kind, cure = "period > 0 of a sampled controller", "It is a time in s, such as 0.01."
+    length = expect.number(period, f"a finite {kind}", cure, error=SimulationError)
+    expect.that(length > 0, f"a {kind}", period, cure, error=SimulationError)
     return Sampled(function, length, state)
 
 

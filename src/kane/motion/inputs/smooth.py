@@ -6,8 +6,7 @@ rounding error of an expression explains is no jump: over a short span a ramp is
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -22,12 +21,12 @@ from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Time, time
 from kane.model.declarations import geometry
 from kane.motion.inputs.breakpoints import by_time, known_beforehand, on_from, up_to
-from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.expressions import Formula, along
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS
 from kane.program.from_expressions import Task, build_program
 from kane.program.passes.optimize import rounding
-from kane.program.program import Code, Port
+from kane.program.program import Port
 
 _PIECEWISE = ("where", "sign", "abs", "min", "max")
 _PARTS = 128
@@ -38,60 +37,31 @@ _SAFE = 4.0
 """Factor of the bound on the rounding error, which is of first order."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class UserFunction:
-    """A function of the user, without a known rounding error."""
-
-    function: Callable[..., Any]
-
-    def at(self, times: Array) -> Array:
-        """The values (m) at times (m)."""
-        return np.array([float(self.function(float(t))) for t in times])
-
-    def rounding(self, t: float) -> float:
-        """A bound on the rounding error of the value at t."""
-        return 0.0
+def at(f: Any, times: Array) -> Array:
+    """The values (m) of an input that does not depend on the state at times (m)."""
+    return along(f, times, np.zeros((len(times), 0)))
 
 
-@dataclass(frozen=True, eq=False)
-class TimeExpression:
-    """An expression of time and of parameters with given `values`."""
+def rounding_of(f: Any) -> Callable[[float], float]:
+    """A bound on the rounding error of an input's value, as a function of time; zero if it is a function of the user."""
+    if not isinstance(f, Formula) or f.of_state:
+        return lambda t: 0.0
+    own = [s for s in free_symbols([f.expr]) if not isinstance(s, Time)]
+    code = build_program("function", [Port("t", (time, *own))], [Task("f", [f.expr], (1,), ["f"])])
+    numbers = [float(f.values[s]) for s in own]
 
-    expr: Expr
-    values: Mapping[Expr, Any]
-
-    def at(self, times: Array) -> Array:
-        """The values (m) at times (m)."""
-        found = evaluate(self.expr, {**self.values, time: times})
-        return np.broadcast_to(np.asarray(found, dtype=float), times.shape)
-
-    def rounding(self, t: float) -> float:
-        """A bound on the rounding error of the value at t."""
-        code, numbers = self._code
+    def bound(t: float) -> float:
         ((_, error),) = rounding(code, (t, *numbers))
         return error * EPS / 2 if np.isfinite(error) else 0.0
 
-    @cached_property
-    def _code(self) -> tuple[Code, list[float]]:
-        own = [s for s in free_symbols([self.expr]) if not isinstance(s, Time)]
-        task = Task("f", [self.expr], (1,), ["f"])
-        return build_program("function", [Port("t", (time, *own))], [task]), [float(self.values[s]) for s in own]
-
-
-Curve = UserFunction | TimeExpression
-
-
-def curve(f: Any) -> Curve:
-    """An input's function in a form that is evaluated at arrays of times."""
-    return TimeExpression(f.expr, f.values) if isinstance(f, Formula) and not f.of_state else UserFunction(f)
+    return bound
 
 
 def check_smooth(what: str, f: Any, slope: Any, span: tuple[float, float]) -> None:
     """Check that `f` has no jump over the span and `slope` is its derivative; raises a SimulationError otherwise."""
-    below, above = curve(f), curve(slope)
     places = grid(span)
     derived = isinstance(f, Formula) and isinstance(slope, Formula) and f.smooth and f.derivative().expr is slope.expr
-    _check(lambda: what, (below, below.at(places[::2])), (above, above.at(places)), places, derived)
+    _check(lambda: what, (f, at(f, places[::2])), (slope, at(slope, places)), places, derived)
 
 
 def grid(span: tuple[float, float]) -> Array:
@@ -100,9 +70,9 @@ def grid(span: tuple[float, float]) -> Array:
 
 
 def _check(
-    what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, Array], places: Array, derived: bool = False
+    what: Callable[[], str], f: tuple[Any, Array], slope: tuple[Any, Array], places: Array, derived: bool = False
 ) -> None:
-    """`check_smooth` of curves with their values: of f at the ends of parts, of the slope also at the midpoints.
+    """`check_smooth` of inputs with their values: of f at the ends of parts, of the slope also at the midpoints.
 
     A slope that is `derived` from a smooth expression is right even if it oscillates too fast for the integrals.
     """
@@ -117,13 +87,14 @@ def _check(
     gaps = _gaps(values, slopes, np.diff(times))
     if not gaps.max() > LEAPS * size:
         return
-    gaps = gaps - np.array([_noise(below, above, a, b) for a, b in pairwise(times.tolist())])
+    noise = _noise(below, above)
+    gaps = gaps - np.array([noise(a, b) for a, b in pairwise(times.tolist())])
     k = int(np.argmax(gaps))
     if not gaps[k] > LEAPS * size:
         return
     a, b = _closer(below, above, float(times[k]), float(times[k + 1]))
-    if _gap(below, above, a, b) > LEAPS * size + _noise(below, above, a, b):
-        jump = abs(float(np.diff(below.at(np.array([a, b])))[0]))
+    if _gap(below, above, a, b) > LEAPS * size + noise(a, b):
+        jump = abs(float(np.diff(at(below, np.array([a, b])))[0]))
         raise SimulationError(
             f"Expected the {what()} without jumps, as it prescribes a motion, got one of {jump:.3g} at "
             f"t = {b:.6g}: it would need an infinite force. Join the two values over a short time."
@@ -142,17 +113,18 @@ def _gaps(values: Array, slopes: Array, lengths: Array) -> Array:
     return whole
 
 
-def _gap(f: Curve, slope: Curve, a: float, b: float) -> float:
+def _gap(f: Any, slope: Any, a: float, b: float) -> float:
     places = np.array([a, a + (b - a) / 2, b])
-    return float(_gaps(f.at(places[::2]), slope.at(places), np.array([b - a]))[0])
+    return float(_gaps(at(f, places[::2]), at(slope, places), np.array([b - a]))[0])
 
 
-def _noise(f: Curve, slope: Curve, a: float, b: float) -> float:
-    """A bound on the rounding error of the difference in a part."""
-    return _SAFE * sum(f.rounding(t) + (b - a) * slope.rounding(t) for t in (a, b))
+def _noise(f: Any, slope: Any) -> Callable[[float, float], float]:
+    """A bound on the rounding error of the difference in a part, from its ends."""
+    own, of_slope = rounding_of(f), rounding_of(slope)
+    return lambda a, b: _SAFE * sum(own(t) + (b - a) * of_slope(t) for t in (a, b))
 
 
-def _closer(f: Curve, slope: Curve, a: float, b: float) -> tuple[float, float]:
+def _closer(f: Any, slope: Any, a: float, b: float) -> tuple[float, float]:
     """The tiny interval in which the difference is largest, by bisection."""
     for _ in range(_BISECTIONS):
         middle = (a + b) / 2
@@ -192,12 +164,12 @@ def _torn(
     places = grid(span)
     values = iter(evaluate(flat, {**known, time: places}))  # together: common subexpressions are evaluated once
     for row in levels:
-        curves = [(TimeExpression(e, known), next(values)) for e in row]
+        curves = [(Formula(e, known), next(values)) for e in row]
         try:
-            for what, (below, at), above in zip(
+            for what, (below, there), above in zip(
                 ("prescribed", "velocity of the prescribed"), curves, curves[1:], strict=False
             ):
-                _check(partial("{} {}".format, what, cut(row[0], 60)), (below, at[::2]), above, places)
+                _check(partial("{} {}".format, what, cut(row[0], 60)), (below, there[::2]), above, places)
         except SimulationError as error:
             yield row[0], error
 

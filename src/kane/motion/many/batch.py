@@ -6,18 +6,16 @@ also run motions with constraints and events (`lanes.py`). Motions with another 
 """
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from kane.expr.node import Expr
 from kane.motion.constraint_kernels import choices, stepping
-from kane.motion.inputs.expressions import gains_of
 from kane.motion.many.lanes import Ends, run_in_lanes, runs_in_lanes
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS
 from kane.motion.right_hand_side import Routines
-from kane.motion.runner import Noted, Runner, judged
+from kane.motion.runner import Judge, Noted, Runner
 from kane.motion.solution.checks import FEW, energy_check, keeps_sharply, opened
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
@@ -105,7 +103,7 @@ class Batch:
         self.lanes = _stepper(runner) if lanes else None
         if not lanes:
             self._bind()
-        self.routine = now.eom.numeric(now.settings).routine(judged).flat
+        self.judge = Judge(now.eom, now.settings, now.drives)
         self._choices: dict[int, Routines] = {}
 
     def changes(self, ran: Ran, n: int) -> list[tuple[float, Routines]]:
@@ -202,20 +200,7 @@ class Batch:
         return opened(e)
 
     def _read(self, t: Array, states: Array, p: Array) -> Array:
-        """K, E and the pivot (3 × k × m) at times (k × m) and states (k × m × n), with parameters for each of k motions."""
-        (count, m, n), rows = states.shape, t.size
-        every = np.repeat(np.append(p, np.zeros((count, 1)), axis=1), m, axis=0)
-        found, (r, width) = np.zeros((rows, 3)), self._inputs(t.reshape(rows), states.reshape(rows, n), every)
-        places = (t.reshape(rows), 1), (states.reshape(rows, n), n), (every, every.shape[1]), (r, width)
-        self.routine.on_rows(*places, out=found)()
+        """K, E and the pivot (3 × k × m) at times t (k × m) and states (k × m × n), with parameters for each of k motions."""
+        count, m, n = states.shape
+        found = self.judge(t.reshape(-1), states.reshape(-1, n), np.repeat(p, m, axis=0))
         return np.moveaxis(found.reshape(count, m, 3), -1, 0)
-
-    def _inputs(self, t: Array, states: Array, p: Array) -> tuple[Array, int]:
-        """The inputs as rows (and their width) at times, states and with rows of parameters; one row, of width 0, if all are alike."""
-        runner, now = self.runner, self.runner.now
-        if not runner.reads:
-            return runner.given["single_r"], 0
-        columns = dict[Expr, Any](zip((*now.eom.parameters, *gains_of(now.drives)), p.T, strict=False))
-        r = np.zeros((len(t), len(now.drives) + 1))
-        r[:, :-1] = now.driven(columns).inputs_all(t, states)
-        return r, r.shape[1]

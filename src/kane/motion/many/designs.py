@@ -22,12 +22,15 @@ SAMPLERS = {"sobol": "Sobol", "latin": "LatinHypercube", "halton": "Halton", "un
 
 
 def quantities(design: Any, sampler: str | None, count: int | None, seed: int | None) -> Mapping[Any, Any]:
-    """The values of a design by name; without a sampler, the design contains the values of the instances themselves.
+    """The values of a design by name, one per instance: all combinations of the levels of a product, `count` points between bounds.
+
+    Without a sampler, the design contains the values of the instances themselves.
 
     Raises
     ------
     SimulationError
-        if the design is not a table with names, or is inadmissible
+        if the design is not a table with names, the sampler is unknown, bounds are not two ascending finite numbers, or count and
+        seed do not suit the sampler
     """
     table = table_of(design)
     if not isinstance(table, Mapping):
@@ -35,26 +38,17 @@ def quantities(design: Any, sampler: str | None, count: int | None, seed: int | 
             f"Expected a design as a dict, a DataFrame or a Dataset of names, got {cut(repr(design))}. Name each: {{'m': (1, 2)}}."
         )
     if sampler is not None:
-        return drawn(table, sampler, count, seed)
+        expect.one_of(sampler, (*SAMPLERS, PRODUCT), "the sampler of a design to be", error=SimulationError)
+        expect.that(
+            table, "at least one quantity in a design", table, "Name some: {'m': (1, 2)}.", error=SimulationError
+        )
+        return _product(table, count, seed) if sampler == PRODUCT else _points(table, sampler, count, seed)
     if count is not None or seed is not None:
         raise SimulationError(
             'Expected sampler= where count= or seed= are given, got none. Choose "sobol", "latin", "halton" or "uniform", or '
             "leave them out: without a sampler a design lists the values of the instances."
         )
     return table
-
-
-def drawn(design: Mapping[Any, Any], sampler: str, count: int | None, seed: int | None) -> dict[Any, Array]:
-    """Values of each quantity, one per instance: all combinations of the levels of a product, or `count` points between bounds.
-
-    Raises
-    ------
-    SimulationError
-        if the sampler is unknown, bounds are not two ascending finite numbers, or count and seed do not suit the sampler
-    """
-    expect.one_of(sampler, (*SAMPLERS, PRODUCT), "the sampler of a design to be", error=SimulationError)
-    expect.that(design, "at least one quantity in a design", design, "Name some: {'m': (1, 2)}.", error=SimulationError)
-    return _product(design, count, seed) if sampler == PRODUCT else _points(design, sampler, count, seed)
 
 
 def _product(design: Mapping[Any, Any], count: int | None, seed: int | None) -> dict[Any, Array]:

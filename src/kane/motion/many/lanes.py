@@ -35,7 +35,7 @@ from kane.program.kernel.rewriting import narrowed
 from kane.program.kernel.writer import Array as KernelArray
 from kane.program.kernel.writer import Term, Writer
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import CompiledKernel, Entry, Selection, aligned, hoisted, masked_entries
+from kane.program.native.entry import CompiledKernel, Entry, Selection, aligned_copy, hoisted, masked_entries
 from kane.program.native.machine import Settings
 
 _TABLES = ("entry_at", "turn_at", "chosen_at", "dependent", "sphere_at", "ready", "quiet")
@@ -170,7 +170,7 @@ def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | 
     results = np.full((int(begins.sum()), sum(stored.values())), np.nan)
     names = [a.name for a in kernel.kernel.arguments if isinstance(a, ArrayOf)]
     kernel(
-        {name: _in_lanes(given[name], width) for name in names if name not in SHARED}
+        {name: aligned_copy(np.repeat(given[name], width)) for name in names if name not in SHARED}
         | {name: given[name] for name in names if name in SHARED and name in given}
         | {
             "queue": np.array([0.0, len(results), *sizes.values(), *[-1.0] * width]),
@@ -211,7 +211,7 @@ def _among(stepper: Stepper, given: Given, start: Array, width: int) -> Selectio
             other = stepping(stepper, choice) if k else now
             if not k or alike(stepper.eom, other.eom):
                 h = hoisted(other.rates, 0.0, start[: other.width], other.p, now.inputs(0.0, start))
-                selection.put(k, other.rates, _in_lanes(h, width))
+                selection.put(k, other.rates, aligned_copy(np.repeat(h, width)))
                 given["held_ready"][k] = 1.0
     return selection
 
@@ -280,13 +280,6 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
         for t, row in zip(jumps[k][:, 0], jumps[k], strict=True):
             samples[k, times[k] == t] = row[2 + n :]
     return ends._replace(events=events, jumps=jumps)
-
-
-def _in_lanes(array: Array, width: int) -> Array:
-    """Each number repeated for each lane."""
-    made = aligned(len(array) * width)
-    made[:] = np.repeat(array, width)
-    return made
 
 
 def _slots(method: Method, spans: Array) -> Array:

@@ -176,7 +176,9 @@ class ContactPool:
 
         def alone(n: int, motion: Solution | None = None) -> None:
             if motion is not None:
-                found[begun.places[n]] = Outcome(replace(motion, parameters=begun.start(n).constants(family.eom)))
+                found[begun.places[n]] = Outcome(
+                    replace(motion, parameters=begun.constants(n, family.eom.parameters, begun.p[n]))
+                )
             elif not stop.is_set():
                 found[begun.places[n]] = decided(_simulated, family, begun.places[n])
 
@@ -184,7 +186,7 @@ class ContactPool:
         p = family.parameters(begun.p, begun.places, batch.drives)
 
         def known(n: int) -> dict[Expr, float]:
-            return {**begun.start(n).usual, **dict(zip(batch.parameters, p[n].tolist(), strict=True))}
+            return begun.constants(n, batch.parameters, p[n])
 
         for led in batch.run(begun.x, p, alone, stop.is_set):
             kept = batch.judged(led, p)
@@ -283,19 +285,19 @@ def _with_breakpoints(family: Ensemble, batch: Batch, begun: "Starts", p: Array)
 def _phase(eom: Equations, runner: Runner, begun: "Starts", n: int, p: Array) -> Phase:
     """The parameters and inputs of the nth of some motions with rows p of parameters."""
     known = dict[Expr, Any](zip(runner.parameters, p[n].tolist(), strict=True))
-    return Phase(begun.start(n).constants(eom), runner.drives).at(known)
+    return Phase(begun.constants(n, eom.parameters, begun.p[n]), runner.drives).at(known)
 
 
 def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, begun: "Starts", p: Array) -> Solution:
     """The nth motion of a batch as a single solution."""
-    runner, phase, start = batch.runner, _phase(family.eom, batch.runner, begun, n, p), begun.start(n)
+    runner, phase = batch.runner, _phase(family.eom, batch.runner, begun, n, p)
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
         met, changed = ran.met[n] if ran.met else None, batch.changes(ran, n)
         stepper = None
         if runner.holding is not None:
-            stepper = Stepper(family.eom, start.p, (*phase.inputs.values(),), family.settings)
+            stepper = Stepper(family.eom, begun.p[n], (*phase.inputs.values(),), family.settings)
         motion = runner.ended(family.eom, phase, stepper, ran.states[n], ran.told[n], met, changed)
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
@@ -305,28 +307,13 @@ def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] and not family.states_alone else which[:1]
     drives = dict(runner.drives)  # each phase has the values of the parameters in them
-    phases = tuple(
-        Phase({**begun.start(k).usual, **dict(zip(runner.parameters, p[k].tolist(), strict=True))}, drives) for k in own
-    )
+    phases = tuple(Phase(begun.constants(k, runner.parameters, p[k]), drives) for k in own)
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
     every = [batch.changes(ran, k) for k in which] if any(ran.changes) and not family.states_alone else []
     samples = tuple(held for changed in every for held in stepped_along(eom, changed, runner.t))
     table = replace(one, t=np.tile(runner.t, len(which)), phases=phases, phase=phase, samples=samples)
     return Finished([begun.places[k] for k in which], ran.told[which, Slot.STEPS], table)
-
-
-class Start(NamedTuple):
-    """The initial (q, u, a) of an instance and its parameters; with constraints, the magnitudes `reach` of the entries of A."""
-
-    x: Array
-    p: Array
-    usual: Mapping[Expr, float]
-    reach: Array | None = None
-
-    def constants(self, eom: Equations) -> dict[Expr, float]:
-        """The parameters by symbol."""
-        return {**self.usual, **dict(zip(eom.parameters, self.p.tolist(), strict=True))}
 
 
 class Starts(NamedTuple):
@@ -341,11 +328,9 @@ class Starts(NamedTuple):
     reach: Array | None
     usual: Sequence[Mapping[Expr, float]]
 
-    def start(self, n: int) -> Start:
-        """The nth initial state."""
-        return Start(
-            self.x[n], self.p[n], self.usual[n % len(self.usual)], None if self.reach is None else self.reach[n]
-        )
+    def constants(self, n: int, symbols: Sequence[Expr], p: Array) -> dict[Expr, float]:
+        """The parameters of the nth instance by symbol, with the values p of `symbols`."""
+        return {**self.usual[n % len(self.usual)], **dict(zip(symbols, p.tolist(), strict=True))}
 
     def of(self, rows: Indices) -> "Starts":
         """Some of them."""
@@ -353,14 +338,15 @@ class Starts(NamedTuple):
         reach = None if self.reach is None else self.reach[rows]
         return Starts([self.places[n] for n in rows], self.x[rows], self.p[rows], reach, usual)
 
-    def and_then(self, other: "Starts") -> "Starts":
-        """The concatenation of both, with constraints."""
-        if not other.places or not self.places:
-            return other if other.places else self
-        x, p = np.concatenate([self.x, other.x]), np.concatenate([self.p, other.p])
-        reach = None if self.reach is None or other.reach is None else np.concatenate([self.reach, other.reach])
-        usual = [one.usual[n % len(one.usual)] for one in (self, other) for n in range(len(one.places))]
-        return Starts([*self.places, *other.places], x, p, reach, usual)
+    @staticmethod
+    def together(several: Sequence["Starts"]) -> "Starts":
+        """All of several, one after the other."""
+        parts = [one for one in several if one.places] or [Starts([], np.zeros((0, 0)), np.zeros((0, 0)), None, [])]
+        x, p = (np.concatenate(rows) for rows in zip(*((one.x, one.p) for one in parts), strict=True))
+        reaches = [one.reach for one in parts if one.reach is not None]
+        reach = np.concatenate(reaches) if len(reaches) == len(parts) else None
+        usual = [one.usual[n % len(one.usual)] for one in parts for n in range(len(one.places))]
+        return Starts([k for one in parts for k in one.places], x, p, reach, usual)
 
 
 def _starts(
@@ -392,7 +378,7 @@ def _begun(family: Ensemble, span: tuple[float, float], tile: range) -> tuple[St
     right = np.resize(right, len(p))
     failed = {tile[n]: Outcome[Solution](None, errors[n % len(own)]) for n in map(int, np.flatnonzero(~right))}
     begun = np.flatnonzero(right)
-    return Starts([tile[n] for n in begun], x[right], p[right], None, [first.found.usual]), failed
+    return Starts([tile[n] for n in begun], x[right], p[right], None, first.found.usual), failed
 
 
 def _held(
@@ -403,7 +389,7 @@ def _held(
     known = set() if sure is None else {*sure.places}
     others = {k: decided(_projected_start, family, runner, k) for k in tile if k not in known}
     own, failed = _one_after_another(others)
-    return own if sure is None else sure.and_then(own), failed
+    return own if sure is None else Starts.together([sure, own]), failed
 
 
 def _sure(family: Ensemble, runner: "Runner | ContactBatch", tile: range, nearest: NearestStates) -> "Starts":
@@ -417,14 +403,10 @@ def _sure(family: Ensemble, runner: "Runner | ContactBatch", tile: range, neares
     return Starts([tile[n] for n in sure.tolist()], x[sure], p[sure], np.abs(found.a[sure]), [usual])
 
 
-def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:
+def _one_after_another(starts: Mapping[int, Outcome[Starts]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """Initial states that were computed one by one."""
-    rows = {k: one.found for k, one in starts.items() if one.found is not None}
     failed = {k: Outcome[Solution](None, one.error, one.told) for k, one in starts.items() if one.found is None}
-    own = [*rows.values()]
-    x, p = np.array([s.x for s in own]), np.array([s.p for s in own])
-    reach = np.array([s.reach for s in own]) if all(s.reach is not None for s in own) else None
-    return Starts([*rows], x, p, reach, [s.usual for s in own]), failed
+    return Starts.together([one.found for one in starts.values() if one.found is not None]), failed
 
 
 def _nearest(family: Ensemble, runner: "Runner | ContactBatch") -> NearestStates | None:
@@ -447,22 +429,22 @@ def _poses(family: Ensemble, runner: "Runner | ContactBatch", rows: range) -> Po
     return Poses(family.eom, in_numbers(replace(own, common=common, columns=columns)), {})
 
 
-def _unchecked(family: Ensemble, k: int) -> Start:
+def _unchecked(family: Ensemble, k: int) -> Starts:
     """The initial state of the kth instance, before assembly."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
     x = start_state(eom, at["q"], at["u"], at["states"])
-    return Start(x, np.array([constants[s] for s in eom.parameters]), constants)
+    return Starts([k], x[None], np.array([[constants[s] for s in eom.parameters]]), None, [constants])
 
 
-def _checked_start(family: Ensemble, span: tuple[float, float], k: int) -> Start:
+def _checked_start(family: Ensemble, span: tuple[float, float], k: int) -> Starts:
     """The initial state of the kth instance without constraints, with parameters checked."""
     start = _unchecked(family, k)
-    check_values(family.eom, start.p, span)
+    check_values(family.eom, start.p[0], span)
     return start
 
 
-def _projected_start(family: Ensemble, runner: "Runner | ContactBatch", k: int) -> Start | None:
+def _projected_start(family: Ensemble, runner: "Runner | ContactBatch", k: int) -> Starts | None:
     """The initial state of the kth instance on its constraints; None if a kernel cannot decide it."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
@@ -472,11 +454,8 @@ def _projected_start(family: Ensemble, runner: "Runner | ContactBatch", k: int) 
     if x is None:
         return None
     holding = runner.holding if isinstance(runner, Runner) else None
-    p, reach = (
-        np.array([constants[s] for s in eom.parameters]),
-        None if holding is None else holding.stepper.reach.copy(),
-    )
-    return Start(x.copy(), p, constants, reach)
+    reach = None if holding is None else holding.stepper.reach[None].copy()
+    return Starts([k], x[None].copy(), np.array([[constants[s] for s in eom.parameters]]), reach, [constants])
 
 
 def _checked(family: Ensemble, motion: Solution) -> Solution:

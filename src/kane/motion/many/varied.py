@@ -57,10 +57,6 @@ class Varied:
     carried: tuple[tuple[StateVariable, ...], ...]
     laws: Laws
 
-    def seeds(self, k: int) -> dict[Expr, Expr]:
-        """The tangents with respect to the kth of b: of the state, of b itself, and of inputs by their laws."""
-        return _seeds(self.plain, self.by[k], [row[k] for row in self.carried], self.laws)
-
     def derivative(self, one: RecordedQuantity) -> RecordedQuantity:
         """The derivative of a recorded quantity."""
         wanted = asked(self.plain.derived, one.what)
@@ -68,7 +64,9 @@ class Varied:
             wanted.shape in ((), (3,)), f"an expression or vector as {one.name}", one.what, error=SimulationError
         )
         roots = self.laws.read(self.plain, wanted.roots)
-        rows = [[tangent(e, self.seeds(k), at_rest=True) for k in range(len(self.by))] for e in roots]
+        every = enumerate(self.by)
+        seeds = [_seeds(self.plain, b, [row[k] for row in self.carried], self.laws) for k, b in every]
+        rows = [[tangent(e, own, at_rest=True) for own in seeds] for e in roots]
         dims = ("axis" if wanted.shape else _ROW, "by")
         return RecordedQuantity(f"{one.name}_by", Matrix(rows), "", f"derivative of {one.name}", one.reduce, dims)
 

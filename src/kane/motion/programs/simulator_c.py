@@ -149,7 +149,7 @@ def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Simul
         **_clock(clock),
     }
     lines = [_NOTHING] * ("nothing" in called.values()) + [line for part in parts for line in part.lines]
-    changing = {a: what for a, what in arrays.items() if not _constant(a, what, printed)}
+    changing = {a: what for a, what in arrays.items() if isinstance(what, str) or not only_read(a, printed)}
     constant = {a: what for a, what in arrays.items() if a not in changing}
     return Pieces("", printed, constant, changing, lines, "".join(f"{part.shown}\n" for part in parts), marks)
 
@@ -364,11 +364,6 @@ def _arrays(kernel: Kernel, parts: Sequence[SimulatorPart]) -> dict[str, Array |
     wanted = [a.name for a in kernel.arguments if not isinstance(a, Callee) and a.name not in known]
     hoists = {a.name for a in kernel.arguments if isinstance(a, Callee)}
     return found | {a: "@CAPS@_HOISTED + 1" if f"hoist_{a}" in hoists else np.zeros(1) for a in wanted}
-
-
-def _constant(array: str, what: Array | str, printed: str) -> bool:
-    """Whether neither the kernel nor the code around it writes to an array."""
-    return not isinstance(what, str) and only_read(array, printed)
 
 
 def _length(what: Array | str) -> str:

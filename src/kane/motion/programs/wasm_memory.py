@@ -2,7 +2,6 @@
 """The memory of a WebAssembly module for a motion: addresses of arrays, kernels bound to them, rates by choice of dependent speeds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from types import MappingProxyType
 from typing import Any, cast
@@ -29,24 +28,8 @@ ADDRESSES = 2**30
 """Largest size of the samples (bytes), since addresses are signed 32-bit integers."""
 
 
-def symbols_of(program: Program) -> dict[str, list[list[Any]]]:
-    """The symbols of each port: name, unit, default."""
-    return {
-        port.name: [[s.name, s.unit or "", None if s.default is None else float(s.default)] for s in port.symbols]
-        for port in program.ports
-        if not port.scalar
-    }
-
-
-@dataclass(slots=True)
 class Memory:
     """The addresses of arrays, including those `shared` with others, and the integers among the tables."""
-
-    module: Module
-    program: Program
-    shared: Mapping[str, int]
-    arrays: dict[str, int]
-    integers: dict[str, int]
 
     def __init__(
         self,
@@ -56,8 +39,8 @@ class Memory:
         shared: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         self.module, self.program, self.shared = module, program, shared
-        self.arrays = {**shared, **{name: module.room(length, 64) for name, length in lengths.items()}}
-        self.integers = {}
+        self.arrays: dict[str, int] = {**shared, **{name: module.room(length, 64) for name, length in lengths.items()}}
+        self.integers: dict[str, int] = {}
 
     def give(self, parts: Sequence[SimulatorPart]) -> None:
         """Adds the tables of parts; all h are one array."""
@@ -140,15 +123,12 @@ def stepping(
     kernel = stepping_kernel(method, held, bool(eom.events))
     calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
     calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
-    return kernel, calls | {"hoist": functions["hoist"], "rhs": rates_of(memory, functions, held)}
-
-
-def rates_of(memory: Memory, functions: Mapping[str, int], held: bool) -> int:
-    """The rates; with constraints, selected by the choice of dependent speeds, stored after the parameters."""
-    if not held:
-        return functions["rates"]
-    own = [functions[name] for name in functions if name.startswith("rates_")]
-    return one_of(memory.module, RATE, own, memory.arrays["p"] + 8 * memory.integers["held_choice_at"])
+    if held:  # selected by the choice of dependent speeds, stored after the parameters
+        own = [functions[name] for name in functions if name.startswith("rates_")]
+        rates = one_of(memory.module, RATE, own, memory.arrays["p"] + 8 * memory.integers["held_choice_at"])
+    else:
+        rates = functions["rates"]
+    return kernel, calls | {"hoist": functions["hoist"], "rhs": rates}
 
 
 def checked_samples(samples: int, state: int) -> int:
@@ -171,6 +151,10 @@ def module_description(memory: Memory, compiled: Compiled, method: str, samples:
         "slots": {slot.name: int(slot) for slot in Slot},
         "codes": {code.name: int(code) for code in ReturnCode},
         "begun": {code.name: int(code) for code in Begun},
-        "symbols": symbols_of(memory.program),
+        "symbols": {  # of each port: name, unit, default
+            port.name: [[s.name, s.unit or "", None if s.default is None else float(s.default)] for s in port.symbols]
+            for port in memory.program.ports
+            if not port.scalar
+        },
         "library": [name for name in memory.module.imported if name not in ("sin", "cos")],
     }

@@ -28,6 +28,10 @@ REPEATED, VARIATIONAL = "repeated", "variational"
 _TENTH = 0.1
 _SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
 """The error of methods with fixed steps, relative to the change when the step is halved."""
+_IN_PARTS = (
+    "Expected a motion that this process simulated as a whole, got one that was joined, or read from a file or a pickle, "
+    "which contains inputs only at the samples. Simulate it here, or use each part separately"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,10 +66,7 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
     if isinstance(again, Between):
         return again.accuracy(motion.t, method)
     if again is None or isinstance(again, Parts):
-        raise SimulationError(
-            "Expected a motion that this process simulated as a whole, got one that was joined, or read from a file or a pickle, "
-            "which contains inputs only at the samples. Simulate it here, or use each part separately."
-        )
+        raise SimulationError(f"{_IN_PARTS}.")
     if motion.t[0] == motion.t[-1]:  # a motion without duration
         return _accuracy_of(motion, motion.t, np.zeros_like(motion.states))
     if method == VARIATIONAL:
@@ -99,10 +100,7 @@ def _accuracy_of(motion: Any, t: Array, errors: Array) -> Accuracy:
 def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
     """See Solution.at."""
     if again is None:
-        raise SimulationError(
-            "Expected a motion that this process simulated as a whole, got one that was joined, or read from a file or a pickle, "
-            "which contains inputs only at the samples. Simulate it here, or use each part separately; or take more samples."
-        )
+        raise SimulationError(f"{_IN_PARTS}; or take more samples.")
     wanted = np.atleast_1d(expect.floats(times, "a time or times of the motion", error=SimulationError))
     begin, end = float(motion.t[0]), float(motion.t[-1])
     if wanted.ndim != 1 or not wanted.size or np.any(np.diff(wanted) <= 0):
@@ -123,15 +121,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
             f"Expected the repeated motion to reach t = {end:.9g} again, got one that ends at {whole.t[-1]:.9g}: "
             f"{whole.message}. Functions that are inputs must return the same values at each call."
         )
-    return replace(
-        whole,
-        t=whole.t[places],
-        states=whole.states[places],
-        work=whole.work[places],
-        phase=whole.phase[places],
-        samples=tuple(whole.samples[k] for k in places) if whole.samples else (),
-        _again=Between(whole),
-    )
+    return replace(whole._only(places), _again=Between(whole))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ energy and removed it again. Therefore D(t) is divided by a hundredth of the ene
 ∫P dt so far, if that is larger than the scale; the change of D between samples is not.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import Integral, depends_on_time
 from kane.dynamics.readings.quantities import asked
 from kane.errors import ArgumentError, Attributes, cut, warn
+from kane.expect import is_list
 from kane.expr.node import Expr
 from kane.expr.ops import Immutable
 from kane.expr.regular import Sizes, size
@@ -186,7 +187,7 @@ def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
     ArgumentError
         if they are not a list of integrals and expressions
     """
-    if isinstance(functions, Integral | Expr | str) or not isinstance(functions, Iterable):
+    if isinstance(functions, Integral | Expr) or not is_list(functions):
         raise ArgumentError(
             f"Expected a list of integrals or expressions to check, got {cut(repr(functions))}. Write […]."
         )

@@ -77,11 +77,6 @@ def same_drive(f: Any, g: Any) -> bool:
     return f is g or (constant(f) is not None and g is not None and constant(f) == constant(g))
 
 
-def breaks(phase: Indices) -> Indices:
-    """Indices of the first samples of all phases but the first."""
-    return np.flatnonzero(np.diff(phase)) + 1
-
-
 def leaps(values: Array, begins: Indices) -> Array:
     """The sum (n) of the jumps of values (n) up to each sample, where phases begin at the samples `begins`."""
     steps = np.zeros_like(values)

@@ -44,7 +44,7 @@ from kane.motion.solution.checks import (
     work_of,
 )
 from kane.motion.solution.files import contents, write
-from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps, merged
+from kane.motion.solution.phases import Indices, Jump, Phase, check_follows, joined, leaps, merged
 from kane.motion.solution.tables import dataframe, dataset
 from kane.numeric.arrays import Array, Mask, distinct
 from kane.numeric.scale import EQUAL
@@ -425,7 +425,7 @@ class Solution(Attributes):
     @property
     def begins(self) -> Indices:
         """Indices of the first samples of all phases but the first."""
-        return breaks(self.phase)
+        return np.flatnonzero(np.diff(self.phase)) + 1
 
     def _recorded(self, number: int) -> dict[Expr, Callable[[Any], Any]]:
         """The inputs of a phase in the form that files and pickles store."""

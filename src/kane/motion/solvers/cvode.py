@@ -110,8 +110,14 @@ class CvodeSolver:
         # CVODE's own first step is too short to leave the threshold of an event at the start
         first = first_step or min(initial_step(fun, (rtol, atol), t0, self.y, t_bound), max_step)
         self.nfev += 2
-        at = _sparse_entries(pattern)  # by columns, as the solver stores entries
-        sparse = {} if at is None or pattern is None else {"linsolver": "sparse", "sparsity": _whole(pattern)}
+        at: Any = None
+        sparse: dict[str, Any] = {}
+        if (
+            pattern is not None and len(pattern) >= _LARGE
+        ):  # with the diagonal, which the Newton matrix of a step contains
+            whole = pattern | np.eye(len(pattern), dtype=bool)
+            if whole.mean() <= _SPARSE:  # by columns, as the solver stores entries
+                at, sparse = np.nonzero(whole.T)[::-1], {"linsolver": "sparse", "sparsity": whole}
         length = {} if max_step == np.inf else {"max_step": max_step}
         with warnings.catch_warnings():  # it warns that a pattern is not used for differences
             warnings.simplefilter("ignore", UserWarning)
@@ -147,16 +153,3 @@ class CvodeSolver:
         times[-1] = self.t
         # the end must be evaluated last: the solver continues from there
         return Polynomial(self.t_old, self.t, np.array([self._solver.step(float(t), method="normal").y for t in times]))
-
-
-def _whole(pattern: Mask) -> Mask:
-    """The pattern with the diagonal, which the Newton matrix of a step contains."""
-    return np.asarray(pattern | np.eye(len(pattern), dtype=bool))
-
-
-def _sparse_entries(pattern: Mask | None) -> tuple[Any, Any] | None:
-    """Rows and columns of the nonzero entries, column by column; None if the matrix is small or dense."""
-    if pattern is None or len(pattern) < _LARGE or _whole(pattern).mean() > _SPARSE:
-        return None
-    columns, rows = np.nonzero(_whole(pattern).T)
-    return rows, columns

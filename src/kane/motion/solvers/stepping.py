@@ -94,14 +94,14 @@ class SolverInPython:
         if now.switches is None:
             return None
         times = np.linspace(step.t, step.end, PARTS + 1)
-        return leapt(now.switch, step.dense, times, now.switch_all(times, step.dense(times).T))
+        return leapt(now.switch, step.dense, times, now.switch(times, step.dense(times).T))
 
     def seen(self, step: StepFound, kept: Array) -> StepSeen:
         """The values of the event quantities along a step."""
         now = self.stepper.now
         times = step.t + (step.end - step.t) * np.array(SHARES)
         states = step.dense(times[1:]).T
-        values = np.vstack([self.watched, now.watch_all(times[1:-1], states[:-1]), now.watch(step.end, kept)])
+        values = np.vstack([self.watched, now.watch(times[1:-1], states[:-1]), now.watch(step.end, kept)])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
         return StepSeen(now, times, values, self.largest, self.course.span[0])
 

@@ -5,7 +5,7 @@ A kernel advances the motion from t by at most `limit` steps and returns a `Retu
 of two doubles, the value and its rounding error (compensated summation).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum
 from typing import Literal
 
@@ -434,3 +434,13 @@ def add_exactly(y: Array, lag: Array, i: Term, change: Term) -> tuple[Term, Term
     more = change + lag[i]
     new = old + more
     return new, more - (new - old)
+
+
+def of_others(differences: Sequence[Term], first: Term, one: Term) -> Iterator[Term]:
+    """For each difference, `first` times the product of the others, as in Lagrange polynomials."""
+    below, above = [first], [one]
+    for d in differences[:-1]:
+        below.append(below[-1] * d)
+    for d in reversed(differences[1:]):
+        above.append(above[-1] * d)
+    return (a * b for a, b in zip(below, reversed(above), strict=True))

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from kane.motion.steppers.collocation import Nodes, Vector, gauss, once_integrated
-from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly
+from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly, of_others
 from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
@@ -281,14 +281,8 @@ class _Gauss:
         w, o = self.writer, self.context
         with w.when(o.get(Slot.FRESH) <= 0.0):
             share = self.splat(h / o.get(Slot.LAST_STEP)) * _N.c + 1.0
-            differences = [share - c for c in _N.c]
-            below = [w.lanes(*[1.0] * STAGES)]
-            for d in differences[:-1]:
-                below.append(below[-1] * d)
-            above = [w.lanes(*[1.0] * STAGES)]
-            for d in reversed(differences[1:]):
-                above.append(above[-1] * d)
-            columns = [a * b * x for a, b, x in zip(below, reversed(above), _N.top, strict=True)]
+            others = of_others([share - c for c in _N.c], *[w.lanes(*[1.0] * STAGES)] * 2)
+            columns = [a * x for a, x in zip(others, _N.top, strict=True)]
             with self.each_free() as at:
                 i = self.index(self.free, at)
                 self.keep(self.next, i, w.sum(self.combined(self.k, i, columns)))

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
-from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly
+from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, of_others
 from kane.motion.steppers.inspection import StepInspection
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel
@@ -196,13 +196,8 @@ class _Radau:
 
     def lagrange(self, theta: Term) -> list[Term]:
         """The weights of the z_i in the state at a share of the step."""
-        differences = [theta - c for c in _M.c]
-        below, above = [theta], [self.writer.constant(1.0)]
-        for d in differences[:-1]:
-            below.append(below[-1] * d)
-        for d in reversed(differences[1:]):
-            above.append(above[-1] * d)
-        return [a * b * x for a, b, x in zip(below, reversed(above), _M.lagrange, strict=True)]
+        others = of_others([theta - c for c in _M.c], theta, self.writer.constant(1.0))
+        return [a * x for a, x in zip(others, _M.lagrange, strict=True)]
 
     # --------------------------------------------------------------------------------------------------- iteration
 

@@ -10,8 +10,20 @@ from typing import Any
 from kane.errors import ArgumentError
 from kane.present.content import Content
 from kane.present.document.line_breaks import broken_lines, em_width
-from kane.present.document.pictures import ReportPicture, beside, file_name
-from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, MarkdownText, Piece, Words, cell_of, pieces
+from kane.present.document.pieces import (
+    WIDTH,
+    Formulas,
+    Heading,
+    Listed,
+    MarkdownText,
+    Piece,
+    ReportPicture,
+    Words,
+    beside,
+    cell_of,
+    file_name,
+    pieces,
+)
 from kane.present.notes import parser
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, environment, plain, segments

@@ -7,8 +7,17 @@ from importlib.metadata import version
 from typing import Any
 
 from kane.present.content import Content
-from kane.present.document.pictures import ReportPicture, beside, file_name
-from kane.present.document.pieces import Formulas, Heading, Listed, MarkdownText, Words, pieces
+from kane.present.document.pieces import (
+    Formulas,
+    Heading,
+    Listed,
+    MarkdownText,
+    ReportPicture,
+    Words,
+    beside,
+    file_name,
+    pieces,
+)
 from kane.present.languages.catalogue import tr
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, segments

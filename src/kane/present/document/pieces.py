@@ -1,25 +1,110 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A report as a list of headings, sentences, formulas, tables and figures, in reading order, for formats without collapsible parts.
 
-Intermediates are numbered consecutively through the report, so that each Z is unique.
+Its figures are files beside it. Intermediates are numbered consecutively through the report, so that each Z is unique.
 """
 
+import io
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import accumulate
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from kane.present.chapters import Chapter, FormulaBlock, MatrixEquation, by_all_text, operations_text, solved_text
+from kane.present import chapters
 from kane.present.content import Content, run_text
 from kane.present.document.line_breaks import broken_lines, em_width
-from kane.present.document.pictures import ReportPicture, picture_of, plots_of, printed, sketch_of
 from kane.present.formula_list import DisplayedFormula
 from kane.present.languages.catalogue import tr
-from kane.present.linearized.chapter import Section
+from kane.present.notes import Image, title_of
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import figure_text, plain, segments
 from kane.present.provenance import Provenance
+from kane.present.sketch.draw import MARKS, WIDE, draw_each
+from kane.present.sketch.draw import save as save_sketch
+from kane.whole import FIGURES
+
+if TYPE_CHECKING:
+    from kane.present.motion_plots import Plot
+
+_COPIED = b"<!-- A picture in a report of kane -->"
+DRAWN = (*MARKS, *FIGURES, _COPIED)
+"""Marks by which a figure written by kane is recognized."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReportPicture:
+    """A figure: its name within the report, heading, caption (with LaTeX), and the function that writes it in the format of a path.
+
+    A picture that is copied from a file has its `ending`.
+    """
+
+    name: str
+    title: str
+    caption: str
+    save: Callable[[Path], object]
+    ending: str = ""
+
+
+def sketch_of(content: Content) -> Iterator[ReportPicture]:
+    """The labelled sketch, if the system can be drawn."""
+    if content.seen.drawable:
+        (drawn,) = draw_each(content.seen, (WIDE,), title=content.title)
+        said = "; ".join(f"${symbol}$ {plain(meaning)}" for symbol, meaning in content.meanings)
+        yield ReportPicture("sketch", "", said, partial(save_sketch, drawn))
+
+
+def plots_of(content: Content) -> Iterator[ReportPicture]:
+    """The plots of the motion."""
+    if content.solution is None:
+        return
+    from kane.present.motion_plots import plots
+
+    yield from map(printed, plots(content.solution))
+
+
+def printed(plot: "Plot") -> ReportPicture:
+    """A plot in colours for white paper."""
+    from kane.present.figure import save
+    from kane.present.motion_plots import to_print
+
+    return ReportPicture(plot.name, plot.title, plain(plot.caption), partial(save, to_print(plot.figure)))
+
+
+def picture_of(note: Any, name: str) -> ReportPicture:
+    """A matplotlib figure, or a picture read from a file, among the notes."""
+    if isinstance(note, Image):
+        return ReportPicture(name, "", "", partial(_copy, note.data), note.ending)
+    from kane.present.figure import save
+
+    return ReportPicture(name, "", plain(title_of(note)), partial(save, note))
+
+
+def _copy(data: bytes, path: Path) -> None:
+    """Write a copy of a picture, marked as part of a report."""
+    if path.suffix == ".svg":
+        path.write_bytes(data.rstrip() + b"\n" + _COPIED + b"\n")
+        return
+    from PIL import Image as Pixels
+    from PIL.PngImagePlugin import PngInfo
+
+    told = PngInfo()
+    told.add_text("Software", "kane")
+    Pixels.open(io.BytesIO(data)).save(path, pnginfo=told)
+
+
+def beside(pieces: Iterable[object], report: str, ending: str) -> dict[str, Callable[[Path], object]]:
+    """Functions that write the figures among the pieces, by file name."""
+    return {file_name(report, p, ending): p.save for p in pieces if isinstance(p, ReportPicture)}
+
+
+def file_name(report: str, picture: ReportPicture, ending: str) -> str:
+    """The file name of a figure beside a report, in characters that LaTeX and URLs accept."""
+    return f"{re.sub(r'[^A-Za-z0-9.-]+', '-', report)}-{picture.name}{picture.ending or ending}"
+
 
 WIDTH = 46.0
 """Width of a line of formulas, in em: a sheet of A4 at 10 pt, and GitHub's column."""
@@ -105,18 +190,22 @@ def pieces(content: Content) -> Iterator[Piece]:
         yield Listed(content.sources)
 
 
-def _blocks(chapter: Chapter) -> tuple[tuple[FormulaBlock | Provenance, float], ...]:
+def _blocks(chapter: chapters.Chapter) -> tuple[tuple[chapters.FormulaBlock | Provenance, float], ...]:
     """The parts of a chapter with their own numbering of intermediates, and the number of lines above which each is omitted."""
-    folded = chapter.by_all_speeds, chapter.provenance or FormulaBlock()
+    folded = chapter.by_all_speeds, chapter.provenance or chapters.FormulaBlock()
     return (chapter.block, math.inf), (chapter.solution, math.inf), *((part, _LONG) for part in folded)
 
 
-def _length(part: FormulaBlock | Provenance) -> int:
-    rows = part.formulas if isinstance(part, FormulaBlock) else [row for o in part.origins for row in o.table.rows]
+def _length(part: chapters.FormulaBlock | Provenance) -> int:
+    rows = (
+        part.formulas
+        if isinstance(part, chapters.FormulaBlock)
+        else [row for o in part.origins for row in o.table.rows]
+    )
     return len(part.between) + len(rows)
 
 
-def _renamed(part: FormulaBlock | Provenance, start: int) -> _Rename:
+def _renamed(part: chapters.FormulaBlock | Provenance, start: int) -> _Rename:
     """A function that shifts the numbers of a part's intermediates in LaTeX."""
     own = {z.left for z in part.between}
     return lambda latex: re.sub(
@@ -124,7 +213,7 @@ def _renamed(part: FormulaBlock | Provenance, start: int) -> _Rename:
     )
 
 
-def _chapter(content: Content, chapter: Chapter, renames: Sequence[_Rename]) -> Iterator[Piece]:
+def _chapter(content: Content, chapter: chapters.Chapter, renames: Sequence[_Rename]) -> Iterator[Piece]:
     own, solved, every, origins = renames
     eom = content.eom
     yield Heading(1, f"{chapter.number}. {chapter.title}")
@@ -133,10 +222,10 @@ def _chapter(content: Content, chapter: Chapter, renames: Sequence[_Rename]) -> 
     for table in chapter.tables:
         yield from _table(table, own)
     if chapter.solution.formulas:
-        yield Heading(2, solved_text(bool(eom.reactions)))
+        yield Heading(2, chapters.solved_text(bool(eom.reactions)))
         yield from _block(chapter.solution, solved)
     if chapter.by_all_speeds.formulas:
-        yield Heading(2, by_all_text(chapter.number))
+        yield Heading(2, chapters.by_all_text(chapter.number))
         yield from _unless_long(_length(chapter.by_all_speeds), _block(chapter.by_all_speeds, every))
     if chapter.note:
         yield Words(plain(chapter.note))
@@ -162,7 +251,7 @@ def _provenance(told: Provenance, rename: _Rename) -> Iterator[Piece]:
             yield from _table(o.table, rename)
 
 
-def _block(block: FormulaBlock, rename: _Rename) -> Iterator[Piece]:
+def _block(block: chapters.FormulaBlock, rename: _Rename) -> Iterator[Piece]:
     if block.between and block.formulas:
         yield Words(tr("With the shared intermediates"))
     yield from _equations(block.between, rename)
@@ -171,7 +260,7 @@ def _block(block: FormulaBlock, rename: _Rename) -> Iterator[Piece]:
     yield from _equations(block.formulas, rename)
 
 
-def _display(display: MatrixEquation, rename: _Rename) -> Iterator[Piece]:
+def _display(display: chapters.MatrixEquation, rename: _Rename) -> Iterator[Piece]:
     """A matrix, or its entries if it is much too wide."""
     latex = rename(display.latex)
     if em_width(latex) <= _SHRUNK * WIDTH:
@@ -207,7 +296,7 @@ def _other_methods(content: Content) -> Iterator[Piece]:
         yield Words(plain(others.note))
 
 
-def _section(section: Section) -> Iterator[Piece]:
+def _section(section: chapters.Section) -> Iterator[Piece]:
     yield Heading(1, section.title)
     for part in section.parts:
         if isinstance(part, PageTable):
@@ -220,7 +309,7 @@ def _section(section: Section) -> Iterator[Piece]:
 def _operations(content: Content) -> Iterator[Piece]:
     receipt = content.receipt
     yield Heading(1, tr("Operations"))
-    yield Words(operations_text(bool(content.eom.reactions)))
+    yield Words(chapters.operations_text(bool(content.eom.reactions)))
     rows = [(kind, *(str(n or "–") for n in counts)) for kind, *counts in receipt.lines]
     total = (tr("total"), *map(str, receipt.total))
     head = tr("operation"), tr("parameters"), tr("state"), tr("both")

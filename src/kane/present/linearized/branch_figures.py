@@ -16,12 +16,11 @@ from kane.errors import SimulationError
 from kane.motion.cycles.branch import CycleBranch
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
-from kane.present.figure import Picture, file_path, saved
+from kane.present.chapters import Part, Section, number
+from kane.present.figure import Picture, file_path, look, saved
 from kane.present.languages.catalogue import tr
-from kane.present.linearized.chapter import Part, Section, number
 from kane.present.motion_plots import COLOURS, FAINT, INK, SERIES, Plot, label_of, panels
 from kane.present.overview import PageTable, Tex
-from kane.present.plotted.lines import look
 from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 

@@ -14,8 +14,8 @@ from kane.equations.state import State
 from kane.errors import ArgumentError, cut
 from kane.expr.symbols import rate
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, SIX_DIGITS
+from kane.present.chapters import Part, Section, latex_of, matrix, number
 from kane.present.languages.catalogue import tr, trn
-from kane.present.linearized.chapter import Part, Section, latex_of, matrix, number
 from kane.present.overview import Cell, PageTable, Tex, meaning, page_table, reactions
 from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex

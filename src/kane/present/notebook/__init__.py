@@ -30,7 +30,6 @@ from kane.model.system import System
 from kane.motion.solution.solution import Solution
 from kane.present.notebook import record_tables as records
 from kane.present.notebook.declared import equations_html, system_html
-from kane.present.notebook.generic import listing_html, mapping_html, named_formulas, record_html, symbols_html
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.attitude import Rotation
 from kane.space.frame import Frame, Point
@@ -43,7 +42,7 @@ show.LATEX.update(
         Vector: lambda v: vector(v).dollars("A vector"),
         Dyadic: lambda d: dyadic(d).dollars("A dyadic"),
         Rotation: records.rotation_latex,
-        show.Named: lambda n: named_formulas(n).dollars("Expressions"),
+        show.Named: lambda n: records.named_formulas(n).dollars("Expressions"),
         FoundPotential: lambda v: expression(v.value).dollars("A potential energy"),
         Integral: lambda i: expression(i.value).dollars("An integral"),
     }
@@ -74,9 +73,9 @@ show.HTML.update(
         Assembled: records.assembled_html,
         Mode: records.mode_html,
         NormalModes: records.normal_modes_html,
-        Symbols: symbols_html,
-        tuple: listing_html,
-        LazyMapping: mapping_html,
-        Attributes: record_html,
+        Symbols: records.symbols_html,
+        tuple: records.listing_html,
+        LazyMapping: records.mapping_html,
+        Attributes: records.record_html,
     }
 )

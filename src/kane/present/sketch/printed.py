@@ -24,10 +24,7 @@ from kane.present.sketch.svg import LIGHT, SHIFT, TEXT, leader, looks, shapes_of
 _INCH = 96.0
 """Pixels per inch, as in a browser."""
 _POINT = 72 / _INCH
-_METADATA = {
-    ".pdf": {"CreationDate": None, "Creator": "kane sketch"},
-    ".png": {"Software": "kane sketch"},
-}
+_METADATA = {".pdf": {"CreationDate": None, "Creator": "kane sketch"}, ".png": {"Software": "kane sketch"}}
 _HALO = 3.0
 _MARKS = {"\u0302": "\u02c6", "\u0303": "\u02dc", "\u0307": "\u02d9", "\u0308": "\u00a8", "\u20db": "\u2026"}
 """Combining marks, and similar separate signs that the font has."""

@@ -13,7 +13,7 @@ const part = (name, given, text) => {
   if (text !== undefined) e.textContent = text;
   return e;
 };
-const short = (x) => (x === 0 ? "0" : Math.abs(x) >= 1e4 || Math.abs(x) < 1e-3 ? x.toExponential(2) : String(Number(x.toPrecision(4)))).replace("-", "−");
+const short = (x) => (x === 0 ? "0" : Math.abs(x) >= 1e4 || Math.abs(x) < 1e-3 ? x.toExponential(2).replace(/\.?0*e\+?/, "e") : String(Number(x.toPrecision(4)))).replace("-", "−");
 const steps = (low, high, most) => {
   const raw = (high - low) / most || 1, e = 10 ** Math.floor(Math.log10(raw)), step = [1, 2, 5, 10].find((k) => k * e >= raw) * e, out = [];
   for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step) out.push(Math.abs(v) < 1e-9 * step ? 0 : v);

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
+from kane.program.emit import walk
 from kane.program.emit.identifiers import (
     ARITHMETIC,
     Names,
@@ -27,19 +28,6 @@ from kane.program.emit.identifiers import (
     stem,
 )
 from kane.program.emit.sincos import c_sincos
-from kane.program.emit.walk import (
-    RESULTS,
-    VECTORS,
-    Function,
-    NamedPrinter,
-    Style,
-    function_of,
-    hoisting,
-    pieces,
-    shared,
-    statements,
-    values_read,
-)
 from kane.program.kernel import language
 from kane.program.kernel.language import Read, Statement, Write
 from kane.program.program import Port, Program
@@ -47,9 +35,11 @@ from kane.program.program import Port, Program
 KINDS = {"float": "double", "int": "int64_t", "bool": "bool"}
 """C types by the kinds of values."""
 _FORMS: Mapping[Op | str, str] = {
-    **shared(ARITHMETIC),
-    **shared({n: f"{f}({{0}})" for n, f in (("sqrt", "sqrt"), ("abs", "fabs"))}),
-    **shared({n: f"(({{0}} {s} {{1}}) || ({{0}} != {{0}})) ? {{0}} : {{1}}" for n, s in (("min", "<"), ("max", ">"))}),
+    **walk.shared(ARITHMETIC),
+    **walk.shared({n: f"{f}({{0}})" for n, f in (("sqrt", "sqrt"), ("abs", "fabs"))}),
+    **walk.shared(
+        {n: f"(({{0}} {s} {{1}}) || ({{0}} != {{0}})) ? {{0}} : {{1}}" for n, s in (("min", "<"), ("max", ">"))}
+    ),
     "less": "{0} < {1}",
     "at_most": "{0} <= {1}",
     "and": "{0} && {1}",
@@ -79,7 +69,7 @@ def each(type_: language.Type, statement: str) -> str:
     return f"for (int k = 0; k < {type_.width}; k++) {{ {statement} }}" if type_.width > 1 else statement
 
 
-class CPrinter(NamedPrinter):
+class CPrinter(walk.NamedPrinter):
     """Prints the statements of one function; `helpers` are the sine and cosine functions that it calls."""
 
     def __init__(self, names: Mapping[int, str] | None = None, vectors: Mapping[str, str] | None = None) -> None:
@@ -211,7 +201,7 @@ def emit_c(
     Programs `besides` are static, and their ports have no tables.
     """
     file = c_file(program)
-    style = Style(lanes=1, whole=longest, piece=longest)
+    style = walk.Style(lanes=1, whole=longest, piece=longest)
     called: set[str] = set()
     functions = [c_definition(file, f, style, called) for f in file.functions]
     for other in map(c_file, besides):
@@ -243,7 +233,7 @@ def emit_header(program: Program, *, version: str = "") -> str:
 class CFunction:
     """A C function: its name, arguments (declarations by name) and result, `size` doubles with the names `labels`."""
 
-    function: Function
+    function: walk.Function
     name: str
     part: str  # the name prefix of the functions into which a long block is split
     arguments: Mapping[str, str]
@@ -290,7 +280,7 @@ def c_file(program: Program) -> CFile:
     names = local_names(program, lambda name: is_free_in_c(name) and not name.startswith(f"{prefix}_"))
     first = len(vectors)
     labels = ["", *lower[first + len(functions) :]]
-    written = [hoisting(program), *(function_of(program, r) for r in program.routines)]
+    written = [walk.hoisting(program), *(walk.function_of(program, r) for r in program.routines)]
     titles = [_title(program, function) for function in written]
     own = zip(written, lower[first:], titles, sizes[first:], labels, strict=False)
     return CFile(
@@ -304,15 +294,15 @@ def c_file(program: Program) -> CFile:
     )
 
 
-def c_definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> str:
+def c_definition(file: CFile, f: CFunction, style: walk.Style, called: set[str]) -> str:
     """The definition of a function; a long block is split into several. Sine and cosine functions in use are added to `called`."""
-    parts = pieces(file.program, f.function, style)
+    parts = walk.pieces(file.program, f.function, style)
     cut = len(parts.chunks) > 1
     names = file.names.of(f.function, c_number)
     arguments = {**f.arguments, "w": "double *w"} if cut else f.arguments
     bodies = []
     for piece in parts.chunks:
-        body = statements(file.program, f.function, piece, style)
+        body = walk.statements(file.program, f.function, piece, style)
         used, printer = _used(file, body), CPrinter(names, file.names.arguments)
         printer.add(*(f"(void){a};" for a in arguments if a not in used))
         printer.block(body)
@@ -332,21 +322,21 @@ def _used(file: CFile, body: Sequence[Statement]) -> set[str]:
     bases = {s.base for s in body if isinstance(s, Read | Write)}
     ports = [port for port in file.program.ports for _ in port.symbols]
     scalars = {i: port.name for i, port in enumerate(ports) if port.scalar}
-    bases.update(scalars[i] for s in body for i in values_read(s) if i in scalars)
+    bases.update(scalars[i] for s in body for i in walk.values_read(s) if i in scalars)
     return {file.names.arguments[base] for base in bases}
 
 
-def _arguments(function: Function, names: Names) -> dict[str, str]:
+def _arguments(function: walk.Function, names: Names) -> dict[str, str]:
     """The declarations of the arguments, by name."""
     ports = {names.arguments[port.name]: port.scalar for port in function.ports}
     declared = {name: f"double {name}" if scalar else f"const double *{name}" for name, scalar in ports.items()}
-    target = VECTORS[function.target]
+    target = walk.VECTORS[function.target]
     return declared | {"h": "const double *h"} | {target: f"double *{target}"}
 
 
-def _title(program: Program, function: Function) -> str:
+def _title(program: Program, function: walk.Function) -> str:
     operations = sum(program.op(i).cost for i in function.block)
-    if function.target != RESULTS:
+    if function.target != walk.RESULTS:
         return f"What depends on parameters alone; {operations} operations."
     shape = program.routine(function.name).shape
     size = " x ".join(map(str, shape)) or "a number"

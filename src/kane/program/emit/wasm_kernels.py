@@ -12,28 +12,9 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, cast
 
 from kane.expr.ops import OPS, Op
+from kane.program.emit import wasm_module as wasm
 from kane.program.emit.walk import values_read
-from kane.program.emit.wasm_module import (
-    FIRST,
-    I32,
-    I64,
-    LOAD,
-    LOAD_ONE,
-    SECOND,
-    SPLAT,
-    STORE,
-    V128,
-    WIDE,
-    ZEROS,
-    Module,
-    WasmFunction,
-    both,
-    int32,
-    integer,
-    leb,
-    local_set,
-    read,
-)
+from kane.program.emit.wasm_module import read
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
 from kane.program.kernel import language
 from kane.program.kernel.language import FLOAT, INT, Block, Integer, Kernel, Operand, Statement, Value
@@ -42,14 +23,14 @@ LONGEST = 250
 """The number of statements beyond which a block becomes a function."""
 
 
-def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routines: Mapping[str, int]) -> int:
+def add_kernel(module: wasm.Module, kernel: Kernel, arrays: Mapping[str, int], routines: Mapping[str, int]) -> int:
     """Adds the function of a kernel, which takes its integers as i64 and returns an i32; returns its index.
 
     `arrays` maps arrays to addresses, `routines` maps routines to function indices.
     """
     sizes = _Sizes(kernel)
     integers = [a.value for a in kernel.arguments if isinstance(a, Integer)]
-    function = WasmFunction([I64] * len(integers), [I32])
+    function = wasm.WasmFunction([wasm.I64] * len(integers), [wasm.I32])
     cells: dict[tuple[str, int], tuple[bool, int]] = {}
     for cell in kernel.cells:
         for k in range(cell.type.width):
@@ -61,14 +42,14 @@ def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routin
     printer.locals = {(v.number, 0): k for k, v in enumerate(integers)}
     for is_shared, at in cells.values():
         if is_shared:
-            printer.emit(ZEROS[module.globals[at]], b"\x24" + leb(at))
+            printer.emit(wasm.ZEROS[module.globals[at]], b"\x24" + wasm.leb(at))
     printer.sequence(kernel.body)
     printer.emit(Folded(_get(cells[kernel.result.name, 0])), b"\xa7")
     return module.add(function)
 
 
 def _get(at: tuple[bool, int]) -> bytes:
-    return (b"\x23" if at[0] else b"\x20") + leb(at[1])
+    return (b"\x23" if at[0] else b"\x20") + wasm.leb(at[1])
 
 
 class _Sizes:
@@ -132,7 +113,7 @@ def _defined(s: Statement) -> list[Value]:
     return [value] if isinstance(value, Value) else []
 
 
-_OPERATIONS: Mapping[Op | str, bytes] = {key: WIDE[name] for name in WIDE for key in (name, OPS[name])}
+_OPERATIONS: Mapping[Op | str, bytes] = {key: wasm.WIDE[name] for name in wasm.WIDE for key in (name, OPS[name])}
 
 
 class RowIndex(NamedTuple):
@@ -198,18 +179,18 @@ def _apart(written: RowIndex, other: RowIndex, length: int) -> bool:
 class PairPrinter(WasmPrinter):
     """Prints two iterations at a time; `at` is the local that holds the counter as an offset in bytes."""
 
-    def __init__(self, module: Module, function: WasmFunction, places: Places, pairs: Pairs, at: int) -> None:
+    def __init__(self, module: wasm.Module, function: wasm.WasmFunction, places: Places, pairs: Pairs, at: int) -> None:
         super().__init__(module, function, places)
         self.pairs, self.counter = pairs, at
-        self.kinds = {**KINDS, "float": V128}
+        self.kinds = {**KINDS, "float": wasm.V128}
         self.last: list[language.Read] = []
 
     def loop(self, block: Block, outer: Mapping[Value, int]) -> None:
         """Adds the loop over pairs; `outer` maps values from outside to locals that hold them."""
-        self.emit(int32(0), local_set(self.counter), b"\x03\x40")
+        self.emit(wasm.int32(0), wasm.local_set(self.counter), b"\x03\x40")
         self.turns(block, {(v.number, 0): local for v, local in outer.items()})
-        step = int32(8) + b"\x6a" + int32(8) + b"\x72" if self.pairs.length % 2 else int32(16) + b"\x6a"
-        ahead = b"\x22" + leb(self.counter) + int32(8 * (self.pairs.length - 1)) + b"\x49"
+        step = wasm.int32(8) + b"\x6a" + wasm.int32(8) + b"\x72" if self.pairs.length % 2 else wasm.int32(16) + b"\x6a"
+        ahead = b"\x22" + wasm.leb(self.counter) + wasm.int32(8 * (self.pairs.length - 1)) + b"\x49"
         self.emit(read(self.counter), step, ahead, b"\x0d\x00\x0b")
 
     def turns(self, block: Block, outer: dict[Key, int]) -> None:
@@ -231,7 +212,7 @@ class PairPrinter(WasmPrinter):
     def operand(self, operand: Operand, lane: int = 0) -> Folded:
         """The instructions that give an operand."""
         if isinstance(operand, language.Immediate):
-            return Folded(both(float(cast(float, operand.value))))
+            return Folded(wasm.both(float(cast(float, operand.value))))
         return super().operand(operand, lane)
 
     def location_of(self, s: language.Read | language.Write) -> tuple[RowIndex, bytes, int]:
@@ -239,29 +220,29 @@ class PairPrinter(WasmPrinter):
         index = _index(s.offset, self.pairs.indices)
         steps = [read(self.counter)] * index.goes
         if index.start is not None:
-            steps.append(read(self.locals[index.start.number, 0]) + b"\xa7" + int32(3) + b"\x74")
-        code = b"".join(steps) + b"\x6a" * (len(steps) - 1) if steps else int32(0)
+            steps.append(read(self.locals[index.start.number, 0]) + b"\xa7" + wasm.int32(3) + b"\x74")
+        code = b"".join(steps) + b"\x6a" * (len(steps) - 1) if steps else wasm.int32(0)
         offset = self.places.fixed[s.base] + 8 * index.distance
-        return (index, code, offset) if offset >= 0 else (index, code + int32(offset) + b"\x6a", 0)
+        return (index, code, offset) if offset >= 0 else (index, code + wasm.int32(offset) + b"\x6a", 0)
 
     def load(self, s: language.Read) -> None:
         """Adds a load of two consecutive doubles, or of one double to both lanes."""
         index, address, offset = self.location_of(s)
-        code = address + (LOAD if index.goes else LOAD_ONE) + leb(offset)
+        code = address + (wasm.LOAD if index.goes else wasm.LOAD_ONE) + wasm.leb(offset)
         if index.goes and s in self.last:
-            code = address + address + FIRST + leb(offset) + SECOND + leb(offset + 8) + b"\x01"
+            code = address + address + wasm.FIRST + wasm.leb(offset) + wasm.SECOND + wasm.leb(offset + 8) + b"\x01"
         self.define(s.value, Folded(code))
 
     def store(self, s: language.Write) -> None:
         """Adds a store of two consecutive doubles."""
         _, address, offset = self.location_of(s)
-        self.emit(address, self.operand(s.value), STORE + leb(offset))
+        self.emit(address, self.operand(s.value), wasm.STORE + wasm.leb(offset))
 
 
 class KernelPrinter(WasmPrinter):
     """Prints a kernel, or a block of it that is a function."""
 
-    def __init__(self, module: Module, function: WasmFunction, places: Places, sizes: _Sizes) -> None:
+    def __init__(self, module: wasm.Module, function: wasm.WasmFunction, places: Places, sizes: _Sizes) -> None:
         super().__init__(module, function, places)
         self.sizes = sizes
         self._print |= {
@@ -348,7 +329,7 @@ class KernelPrinter(WasmPrinter):
         self.flush(f"cell {s.cell.name}")
         for k, one in enumerate(found):
             is_shared, at = self.places.cells[s.cell.name, k]
-            self.emit(one, (b"\x24" if is_shared else b"\x21") + leb(at))
+            self.emit(one, (b"\x24" if is_shared else b"\x21") + wasm.leb(at))
 
     def call(self, s: language.CallRoutine) -> None:
         """Adds a call of a routine."""
@@ -356,11 +337,11 @@ class KernelPrinter(WasmPrinter):
         for a in s.arguments:
             if isinstance(a, language.Address):
                 address, offset = self.at(a)
-                given.append(joined(address, int32(offset) + b"\x6a"))
+                given.append(joined(address, wasm.int32(offset) + b"\x6a"))
             else:
                 given.append(self.operand(a))
         self.flush()
-        self.emit(*given, b"\x10" + leb(self.places.routines[s.callee.name]))
+        self.emit(*given, b"\x10" + wasm.leb(self.places.routines[s.callee.name]))
 
     def choice(self, s: language.If) -> None:
         """Adds an if statement."""
@@ -391,13 +372,13 @@ class KernelPrinter(WasmPrinter):
         start = self.operand(s.start)
         self.settle(s.stop)
         self.flush()
-        counter = self.function.local(I64)
+        counter = self.function.local(wasm.I64)
         self.locals[s.counter.number, 0] = counter
-        self.emit(start, b"\x22" + leb(counter))
+        self.emit(start, b"\x22" + wasm.leb(counter))
         stop = self.operand(s.stop)
         self.emit(stop.code, b"\x53\x04\x40\x03\x40")
         self.within(s.body)
-        self.emit(read(counter), integer(1), b"\x7c\x22", leb(counter), stop.code, b"\x53\x0d\x00\x0b\x0b")
+        self.emit(read(counter), wasm.integer(1), b"\x7c\x22", wasm.leb(counter), stop.code, b"\x53\x0d\x00\x0b\x0b")
         for key in stop.gets:
             self.count_down(key)
         del self.locals[s.counter.number, 0]
@@ -410,7 +391,7 @@ class KernelPrinter(WasmPrinter):
         for v in outer:
             self.settle(v)
         self.flush()
-        at = self.function.local(I32)
+        at = self.function.local(wasm.I32)
         own = {v: self.twice(v) if v.type == FLOAT else self.locals[v.number, 0] for v in outer}
         PairPrinter(self.module, self.function, self.places, pairs, at).loop(s.body, own)
         for local in (at, *(local for v, local in own.items() if v.type == FLOAT)):
@@ -419,8 +400,8 @@ class KernelPrinter(WasmPrinter):
 
     def twice(self, value: Value) -> int:
         """A local that holds a value in both lanes."""
-        local = self.function.local(V128)
-        self.emit(read(self.locals[value.number, 0]), SPLAT, local_set(local))
+        local = self.function.local(wasm.V128)
+        self.emit(read(self.locals[value.number, 0]), wasm.SPLAT, wasm.local_set(local))
         return local
 
     def within(self, block: Block) -> None:
@@ -435,9 +416,9 @@ class KernelPrinter(WasmPrinter):
         given: list[tuple[Key, int]] = [
             ((v.number, k), KINDS[v.type.kind]) for v in self.sizes.outer[id(block)] for k in range(v.type.width)
         ]
-        function = WasmFunction([kind for _, kind in given])
+        function = wasm.WasmFunction([kind for _, kind in given])
         printer = KernelPrinter(self.module, function, self.places, self.sizes)
         printer.locals = {key: k for k, (key, _) in enumerate(given)}
         printer.sequence(block)
         index = self.module.add(function)
-        self.emit(*(read(self.locals[key]) for key, _ in given), b"\x10" + leb(index))
+        self.emit(*(read(self.locals[key]) for key, _ in given), b"\x10" + wasm.leb(index))

@@ -14,28 +14,12 @@ from typing import Any, NamedTuple, TypeAlias
 from kane.errors import ProgramError
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
+from kane.program.emit import wasm_module as wasm
 from kane.program.emit.walk import LIBRARY, shared, values_read
-from kane.program.emit.wasm_module import (
-    F64,
-    I32,
-    I64,
-    SPLAT,
-    V128,
-    Module,
-    WasmFunction,
-    int32,
-    integer,
-    lane_of,
-    leb,
-    local_set,
-    number,
-    read,
-    with_lane,
-)
 from kane.program.kernel import language
 from kane.program.kernel.language import Immediate, Value
 
-KINDS = {"float": F64, "int": I64, "bool": I32}
+KINDS = {"float": wasm.F64, "int": wasm.I64, "bool": wasm.I32}
 """Value types by the kinds of values."""
 _PLAIN: Mapping[str, Mapping[Op | str, bytes]] = {
     "float": {
@@ -89,7 +73,7 @@ class Places:
 class WasmPrinter:
     """Prints one function; `sincos` is the index of the function that computes sine and cosine."""
 
-    def __init__(self, module: Module, function: WasmFunction, places: Places, sincos: int = -1) -> None:
+    def __init__(self, module: wasm.Module, function: wasm.WasmFunction, places: Places, sincos: int = -1) -> None:
         self.module, self.function, self.places, self.sines = module, function, places, sincos
         self.locals: dict[Key, int] = {}
         self.left: dict[Key, int] = {}
@@ -123,7 +107,7 @@ class WasmPrinter:
         if key in self.waiting:
             return self.waiting.pop(key)[0]
         if key in self.locals:
-            return Folded(read(self.locals[key]), (key,) if key in self.left else ())
+            return Folded(wasm.read(self.locals[key]), (key,) if key in self.left else ())
         return Folded(self.places.scalars[key])  # type: ignore[index]
 
     def emit(self, *parts: Folded | bytes) -> None:
@@ -146,7 +130,7 @@ class WasmPrinter:
         """Defines a value: pending if it is read once, else stored in a local."""
         assert not isinstance(value, Immediate)
         key: Key = value if isinstance(value, int) else (value.number, lane)
-        kind = F64 if isinstance(value, int) else self.kinds[value.type.kind]
+        kind = wasm.F64 if isinstance(value, int) else self.kinds[value.type.kind]
         if self.left.get(key) == 1 and key not in self.nested:
             self.waiting[key] = folded, kind
         else:
@@ -156,7 +140,7 @@ class WasmPrinter:
         """Stores a value in a local, which is released immediately if nothing reads the value."""
         self.emit(folded)
         local = self.locals[key] = self.function.local(kind)
-        self.function.code += local_set(local)
+        self.function.code += wasm.local_set(local)
         if not self.left.get(key):
             self.function.give_back(self.locals.pop(key))
 
@@ -172,8 +156,8 @@ class WasmPrinter:
         code = folded.code
         if _is_leaf(code):
             return folded, code
-        local, key = self.scratch(F64)
-        return Folded(code + b"\x22" + leb(local), (*folded.gets, key), folded.reads), read(local)
+        local, key = self.scratch(wasm.F64)
+        return Folded(code + b"\x22" + wasm.leb(local), (*folded.gets, key), folded.reads), wasm.read(local)
 
     def scratch(self, kind: int, uses: int = 1) -> tuple[int, Key]:
         """A temporary local within the computation of one value, released after `uses` reads."""
@@ -194,10 +178,10 @@ class WasmPrinter:
             self.define(s.value, self.operand(s.arguments[0], s.lane))
         elif isinstance(s.op, str) and s.op.startswith("splat"):
             assert isinstance(s.value, Value)
-            local, key = self.scratch(F64)
-            self.emit(self.operand(s.arguments[0]), local_set(local))
+            local, key = self.scratch(wasm.F64)
+            self.emit(self.operand(s.arguments[0]), wasm.local_set(local))
             for k in range(s.value.type.width):
-                self.put_away((s.value.number, k), Folded(read(local)), F64)
+                self.put_away((s.value.number, k), Folded(wasm.read(local)), wasm.F64)
             self.count_down(key)
         else:
             for k in range(language.type_of(s.value).width):
@@ -214,21 +198,21 @@ class WasmPrinter:
         if plain is not None:
             return joined(*operands, plain)
         if op in LIBRARY:
-            return joined(*operands, b"\x10" + leb(self.module.imports(LIBRARY[op])))
+            return joined(*operands, b"\x10" + wasm.leb(self.module.imports(LIBRARY[op])))
         if op == "select":
             return joined(operands[1], operands[2], operands[0], _SELECT)
         if op is ops.WHERE:
-            return joined(operands[1], operands[2], operands[0], number(0.0), _NOT_EQUAL, _SELECT)
+            return joined(operands[1], operands[2], operands[0], wasm.number(0.0), _NOT_EQUAL, _SELECT)
         x, once_more = self.again(operands[0])
         if op in _ORDERED:
             y, other = self.again(operands[1])
             order = bytes([int(_ORDERED[op], 16)])
             return joined(x, y, once_more, other, order, once_more, once_more, _NOT_EQUAL, _OR, _SELECT)
         if op is OPS["sign"]:
-            above = joined(number(-1.0), number(1.0), x, once_more, number(0.0), _GREATER, _SELECT)
-            return joined(above, once_more, number(0.0), _LESS, _SELECT, number(0.0), _ADD)
+            above = joined(wasm.number(-1.0), wasm.number(1.0), x, once_more, wasm.number(0.0), _GREATER, _SELECT)
+            return joined(above, once_more, wasm.number(0.0), _LESS, _SELECT, wasm.number(0.0), _ADD)
         if op is ops.REGULAR:
-            return joined(x, _NAN, once_more, _ABS, operands[1], number(ops.GONE), _MUL, _GREATER, _SELECT)
+            return joined(x, _NAN, once_more, _ABS, operands[1], wasm.number(ops.GONE), _MUL, _GREATER, _SELECT)
         raise ProgramError(f"Expected an operation that WebAssembly has, got {op!r}.")
 
     def fold(self, op: str, operand: language.Operand, width: int) -> Folded:
@@ -244,14 +228,14 @@ class WasmPrinter:
     def sincos(self, s: language.SinCos) -> None:
         """Adds sines and cosines of two angles, or of one angle in both lanes."""
         first, *others = map(self.operand, s.angles)
-        call = b"\x10" + leb(self.sines)
-        self.emit(first, SPLAT, *(part for one in others for part in (one, with_lane(1))), call)
+        call = b"\x10" + wasm.leb(self.sines)
+        self.emit(first, wasm.SPLAT, *(part for one in others for part in (one, wasm.with_lane(1))), call)
         for op in (COS, SIN):
-            local, key = self.scratch(V128, sum(op in own for own in s.values))
-            self.function.code += local_set(local)
+            local, key = self.scratch(wasm.V128, sum(op in own for own in s.values))
+            self.function.code += wasm.local_set(local)
             for lane, own in enumerate(s.values):
                 if op in own:
-                    self.define(own[op], Folded(read(local) + lane_of(lane), (key,)))
+                    self.define(own[op], Folded(wasm.read(local) + wasm.lane_of(lane), (key,)))
 
     # ------------------------------------------------------------------------------------------------------- memory
 
@@ -263,13 +247,13 @@ class WasmPrinter:
             assert isinstance(offset.value, int)
             offset = offset.value
         if isinstance(offset, int):
-            return Folded(int32(0) if pointer is None else read(pointer)), base + 8 * (offset + lane)
+            return Folded(wasm.int32(0) if pointer is None else wasm.read(pointer)), base + 8 * (offset + lane)
         found = self.operand(offset)
         if found.base and base + 8 * (found.distance + lane) >= 0:
             base += 8 * found.distance
             found = Folded(found.code[: found.base], found.gets, found.reads)
         index = joined(found, _IN_BYTES)
-        return (index if pointer is None else joined(index, read(pointer), b"\x6a")), base + 8 * lane
+        return (index if pointer is None else joined(index, wasm.read(pointer), b"\x6a")), base + 8 * lane
 
     def load(self, s: language.Read) -> None:
         """Adds a load from an array."""
@@ -277,15 +261,15 @@ class WasmPrinter:
         width = language.type_of(s.value).width
         if width == 1:
             address, offset = self.at(s)
-            code = address.code + b"\x2b\x03" + leb(offset)
+            code = address.code + b"\x2b\x03" + wasm.leb(offset)
             self.define(s.value, Folded(code, address.gets, address.reads | reads))
             return
         assert isinstance(s.value, Value)
         self.settle(s.offset)
         for k in range(width):
             address, offset = self.at(s, k)
-            code = address.code + b"\x2b\x03" + leb(offset)
-            self.put_away((s.value.number, k), Folded(code, address.gets if k == width - 1 else ()), F64)
+            code = address.code + b"\x2b\x03" + wasm.leb(offset)
+            self.put_away((s.value.number, k), Folded(code, address.gets if k == width - 1 else ()), wasm.F64)
 
     def store(self, s: language.Write) -> None:
         """Adds a store to an array."""
@@ -298,7 +282,7 @@ class WasmPrinter:
             if not self.places.stable:
                 self.flush(s.base)
             code = Folded(address.code, address.gets if k == width - 1 else (), address.reads)
-            self.emit(code, value, b"\x39\x03" + leb(offset))
+            self.emit(code, value, b"\x39\x03" + wasm.leb(offset))
 
     def settle(self, operand: language.Operand) -> None:
         """Stores a pending value in a local, because each lane will read it."""
@@ -307,9 +291,9 @@ class WasmPrinter:
             self.put_away((operand.number, 0), folded, kind)
 
 
-_IN_BYTES = b"\xa7" + int32(3) + b"\x74"
+_IN_BYTES = b"\xa7" + wasm.int32(3) + b"\x74"
 _LESS = b"\x63"
-_NAN = number(math.nan)
+_NAN = wasm.number(math.nan)
 
 
 def joined(*parts: Folded | bytes) -> Folded:
@@ -337,5 +321,5 @@ def _is_leaf(code: bytes) -> bool:
 def _immediate(operand: Immediate, lane: int) -> bytes:
     value = operand.value[lane] if isinstance(operand.value, tuple) else operand.value
     if operand.type.kind == "float":
-        return number(float(value))
-    return integer(int(value)) if operand.type.kind == "int" else int32(int(value))
+        return wasm.number(float(value))
+    return wasm.integer(int(value)) if operand.type.kind == "int" else wasm.int32(int(value))

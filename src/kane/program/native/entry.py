@@ -15,20 +15,8 @@ import numpy as np
 
 from kane.errors import ProgramError
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm import (
-    block,
-    bound_call,
-    bound_calls,
-    emit_kernel_lanes,
-    emit_kernel_llvm,
-    emit_masked,
-    emit_wide,
-    hoists,
-    masked_name,
-    masked_selection,
-    selection,
-    wide_name,
-)
+from kane.program.emit import llvm
+from kane.program.emit.llvm import block, hoists
 from kane.program.emit.xla_handler import emit_xla
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
 from kane.program.native import store
@@ -99,14 +87,14 @@ def hoist_entry(routine: CompiledRoutine) -> Entry:
 
 def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
     """The function of `width` evaluations at once, compiled on first use; see `emit_wide`."""
-    (run,) = _more(routine, [wide_name(routine.name, width)], width, emit_wide)
+    (run,) = _more(routine, [llvm.wide_name(routine.name, width)], width, llvm.emit_wide)
     return run
 
 
 def masked_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
     """The function of `width` evaluations at once, each with its own parameters, and its hoisting function; see `emit_masked`."""
-    symbols = [masked_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
-    run, hoist = _more(routine, symbols, width, emit_masked)
+    symbols = [llvm.masked_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
+    run, hoist = _more(routine, symbols, width, llvm.emit_masked)
     return run, hoist
 
 
@@ -134,8 +122,8 @@ class Selection:
         self._rows = self.table.view(np.int64)
         self._rows[:2] = at, count
         self._kept: dict[int, tuple[Entry, Entry, Array]] = {}
-        text = masked_selection(width) if masked else selection()
-        own = [masked_name(f"select{name}", width) for name in ("", ".hoist")]
+        text = llvm.masked_selection(width) if masked else llvm.selection()
+        own = [llvm.masked_name(f"select{name}", width) for name in ("", ".hoist")]
         one = "select.wide" if width > 1 else "select.one"
         self._names = own if masked else [one, "select.hoist"]
         self._library = _library_for(settings, text, self._names)
@@ -165,6 +153,13 @@ def aligned(count: int) -> Array:
     raw = np.zeros(count + _ALIGNMENT // 8)
     skip = -raw.ctypes.data % _ALIGNMENT // 8
     return raw[skip : skip + count]
+
+
+def aligned_copy(values: Array) -> Array:
+    """The numbers as an aligned array, with at least one element."""
+    copy = aligned(max(1, values.size))
+    copy[: values.size] = values.reshape(-1)
+    return copy
 
 
 class Hoisting:
@@ -228,9 +223,12 @@ class CompiledKernel:
     ) -> None:
         self.kernel = kernel
         if width:
-            text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), masked_name(kernel.name, width)
+            text, name = (
+                llvm.emit_kernel_lanes(kernel, width, shared, settings.contract),
+                llvm.masked_name(kernel.name, width),
+            )
         else:
-            text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
+            text, name = llvm.emit_kernel_llvm(kernel, settings.contract), kernel.name
         library = _library_for(settings, text, [name], loops)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
         self.entry = Entry(library, name)
@@ -301,7 +299,7 @@ class KeptCalls:
         self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
         self._rows = self.table.view(np.int64)
         self._kept: list[Any] = []
-        self._library = _library_for(settings, bound_calls(), [f"kept.{name}" for name in _KEPT])
+        self._library = _library_for(settings, llvm.bound_calls(), [f"kept.{name}" for name in _KEPT])
         self.make, self.hoist, self.look, self.drive = (Entry(self._library, f"kept.{name}") for name in _KEPT)
 
     def put(
@@ -329,7 +327,7 @@ class KeptCalls:
     def _call_of(self, count: int) -> Entry:
         """The function that calls a kernel with `count` arguments."""
         symbol = f"kept.call{count}"
-        return Entry(_library_for(self._settings, bound_call(count), [symbol]), symbol)
+        return Entry(_library_for(self._settings, llvm.bound_call(count), [symbol]), symbol)
 
 
 def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:

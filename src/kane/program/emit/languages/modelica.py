@@ -5,20 +5,11 @@ Modelica has no NaN: an assertion or an error of the tool takes its place.
 """
 
 from kane.program.emit.identifiers import c_comment, decimal, free_in
-from kane.program.emit.languages.straight import (
-    GONE_TEXT,
-    Emitted,
-    File,
-    Language,
-    file_of,
-    forms,
-    head,
-    numbers_of,
-)
+from kane.program.emit.languages import straight
 from kane.program.program import Program
 
-_MODELICA = Language(
-    forms(
+_MODELICA = straight.Language(
+    straight.forms(
         {
             "atan2": "atan2({0}, {1})",
             "pow": "{0} ^ {1}",
@@ -27,7 +18,7 @@ _MODELICA = Language(
             "less": "if {0} < {1} then 1.0 else 0.0",
             "sign": "if {0} > 0.0 then 1.0 elseif {0} < 0.0 then -1.0 else 0.0",
             "where": "if {0} <> 0.0 then {1} else {2}",
-            "regular": f"kane_regular({{0}}, {GONE_TEXT} * {{1}})",
+            "regular": f"kane_regular({{0}}, {straight.GONE_TEXT} * {{1}})",
         },
         "sqrt sin cos tan asin acos atan sinh cosh tanh exp log abs floor",
     ),
@@ -52,12 +43,12 @@ _REGULAR = """
 
 def emit_modelica(program: Program, *, version: str = "") -> str:
     """The text of `<name>.mo`; results are vectors, matrices in row-major order."""
-    file = file_of(program, _MODELICA, ("kane_regular",))
+    file = straight.file_of(program, _MODELICA, ("kane_regular",))
     call = [
         f"Call:     {file.prefix}.{file.first.name}({file.arguments}), of matrices row by row;",
         f"          {file.prefix}.Motion is a block with the state x, the parameters p and the inputs r.",
     ]
-    lines = [f"// {line}".rstrip() for line in head(file, version, call, 1)]
+    lines = [f"// {line}".rstrip() for line in straight.head(file, version, call, 1)]
     lines += [f'package {file.prefix} "{_text(program)}"', *([_REGULAR] if "regular" in file.used else [])]
     for f in file.functions:
         lines += _function(file, f)
@@ -70,7 +61,7 @@ def _text(program: Program) -> str:
     return c_comment(f"{program.name}: {program.subject}").replace('"', "'")
 
 
-def _function(file: File, f: Emitted) -> list[str]:
+def _function(file: straight.File, f: straight.Emitted) -> list[str]:
     lines = ["", f"  function {f.name}"]
     for port in f.function.ports:
         size = "" if port.scalar else f"[{len(port.symbols)}]"
@@ -84,12 +75,12 @@ def _function(file: File, f: Emitted) -> list[str]:
     return [*lines, "  algorithm", *f.lines, f"  end {f.name};"]
 
 
-def _motion(file: File, rhs: str) -> list[str]:
+def _motion(file: straight.File, rhs: str) -> list[str]:
     program = file.program
     names = {port.name: file.names.arguments[port.name] for port in program.ports}
     length = {port.name: len(port.symbols) for port in program.ports}
     given = all(s.default is not None for port in program.hoisted_ports for s in port.symbols)
-    values = f" = {{{numbers_of(program, _MODELICA)}}}" if given and length["p"] else ""
+    values = f" = {{{straight.numbers_of(program, _MODELICA)}}}" if given and length["p"] else ""
     passed = ", ".join("time" if p.scalar else names[p.name] for p in program.ports)
     lines = [
         "",

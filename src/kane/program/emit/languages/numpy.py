@@ -9,22 +9,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from kane.expr.ops import OPS
-from kane.program.emit.identifiers import (
-    ARITHMETIC,
-    decimal,
-    distinct,
-    identifier,
-    is_free_in_python,
-    made_by,
-    python_docstring,
-)
+from kane.program.emit import identifiers
 from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms
 from kane.program.program import Port, Program, Routine
 
 
 def python_number(value: float) -> str:
     """A Python expression of exactly `value`."""
-    return decimal(value, "np.nan", "np.inf")
+    return identifiers.decimal(value, "np.nan", "np.inf")
 
 
 _NUMPY = Language(
@@ -33,7 +25,7 @@ _NUMPY = Language(
             **{
                 op.name: f"np.{op.ufunc.__name__}({{0}}{', {1}' * (op.arity > 1)})"
                 for op in OPS.values()
-                if op.ufunc and op.name not in ARITHMETIC
+                if op.ufunc and op.name not in identifiers.ARITHMETIC
             },
             "less": "np.where({0} < {1}, 1.0, 0.0)",
             "floor": "np.floor({0})",
@@ -42,7 +34,7 @@ _NUMPY = Language(
         }
     ),
     python_number,
-    is_free_in_python,
+    identifiers.is_free_in_python,
     " #",
     at="{0}[..., {1}]",
     wrapped="np.float64({0})",
@@ -99,7 +91,9 @@ class PythonModule:
 def python_module(program: Program, spoken: Language, own: Sequence[str], depth: int = 1) -> PythonModule:
     """A Python module whose fixed lines use the names `own`."""
     vectors = [port for port in program.ports if not port.scalar]
-    tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, ["hoist", *own])
+    tables = identifiers.distinct(
+        [identifiers.identifier(p.noun).upper() for p in vectors], identifiers.is_free_in_python, ["hoist", *own]
+    )
     whole = [p for p in vectors if p.hoisted and all(s.default is not None for s in p.symbols)]
     lone = len(program.hoisted_ports) == 1
     by_port = dict(zip(vectors, tables, strict=True))
@@ -121,7 +115,7 @@ def _docstring(module: PythonModule, version: str) -> str:
     lines = [
         f"{program.name}: {program.subject}.",
         "",
-        f"{made_by(version)} Needs NumPy only.",
+        f"{identifiers.made_by(version)} Needs NumPy only.",
         "",
         *what,
         "",
@@ -130,7 +124,7 @@ def _docstring(module: PythonModule, version: str) -> str:
         "give infinity or NaN without a warning.",
         *(["", *program.lost] if program.lost else []),
     ]
-    return python_docstring("\n".join([*lines, ""])) + "\n"
+    return identifiers.python_docstring("\n".join([*lines, ""])) + "\n"
 
 
 def shape_text(routine: Routine) -> str:
@@ -140,7 +134,7 @@ def shape_text(routine: Routine) -> str:
 
 def described(routine: Routine) -> str:
     """The docstring of a routine, indented."""
-    return f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}"
+    return f"    {identifiers.python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}"
 
 
 def few(labels: Sequence[str], count: int = 6) -> str:

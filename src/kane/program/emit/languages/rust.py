@@ -6,25 +6,15 @@ Mathematical functions, which `core` lacks, are those of the C library; sines an
 
 from kane.expr.ops import COS, SIN
 from kane.program.emit.identifiers import c_comment, decimal, free_in, identifier, made_by
-from kane.program.emit.languages.straight import (
-    GONE_TEXT,
-    Emitted,
-    File,
-    Language,
-    StraightPrinter,
-    file_of,
-    forms,
-    head,
-    numbers_of,
-)
+from kane.program.emit.languages import straight
 from kane.program.emit.sincos import LIMIT, STEP_FORMS, STEPS, constant
 from kane.program.emit.walk import Style
 from kane.program.kernel import language
 from kane.program.program import Program
 
 _CALLED = "sqrt tan asin acos atan sinh cosh tanh exp log floor"
-_RUST = Language(
-    forms(
+_RUST = straight.Language(
+    straight.forms(
         {
             "atan2": "kane_atan2({0}, {1})",
             "pow": "kane_pow({0}, {1})",
@@ -34,7 +24,7 @@ _RUST = Language(
             "less": "if {0} < {1} {{ 1.0 }} else {{ 0.0 }}",
             "sign": "if {0} != {0} {{ {0} }} else if {0} > 0.0 {{ 1.0 }} else if {0} < 0.0 {{ -1.0 }} else {{ 0.0 }}",
             "where": "if {0} != 0.0 {{ {1} }} else {{ {2} }}",
-            "regular": f"if kane_abs({{0}}) > {GONE_TEXT} * {{1}} {{{{ {{0}} }}}} else {{{{ f64::NAN }}}}",
+            "regular": f"if kane_abs({{0}}) > {straight.GONE_TEXT} * {{1}} {{{{ {{0}} }}}} else {{{{ f64::NAN }}}}",
         },
         _CALLED,
         "kane_{}({{0}})",
@@ -74,7 +64,7 @@ def _operand(name: str) -> str:
     return name if value is None else decimal(value, "", "")
 
 
-class RustPrinter(StraightPrinter):
+class RustPrinter(straight.StraightPrinter):
     """Prints the statements of one function."""
 
     def sincos(self, s: language.SinCos) -> None:
@@ -102,27 +92,27 @@ def emit_rust(program: Program, *, version: str = "") -> str:
 
     Rust rounds each operation separately.
     """
-    file = file_of(program, _RUST, ("w", "DEFAULTS"), style=_STYLE, printer=RustPrinter)
+    file = straight.file_of(program, _RUST, ("w", "DEFAULTS"), style=_STYLE, printer=RustPrinter)
     hoist, *routines = file.functions
     call = [
         f"Call: {hoist.name}({', '.join([*_passed(file, hoist), '&mut h'])}) once for each set of parameters; then",
         *(f"      {f.name}({', '.join(_passed(file, f))}, &h, &mut out)," for f in routines),
         "      arrays of doubles, of matrices row by row. Without std: link C's library of mathematics (-lm).",
     ]
-    lines = [f"// {line}".rstrip() for line in head(file, version, call)]
+    lines = [f"// {line}".rstrip() for line in straight.head(file, version, call)]
     lines += ["#![no_std]", _ALLOWED, "", "/// The parameters, NAN where there is no default."]
     count = sum(len(p.symbols) for p in program.hoisted_ports)
-    lines += [f"pub const DEFAULTS: [f64; {count}] = [{numbers_of(program, _RUST)}];"]
+    lines += [f"pub const DEFAULTS: [f64; {count}] = [{straight.numbers_of(program, _RUST)}];"]
     for f in file.functions:
         lines += _function(file, f)
     return "\n".join([*lines, *_helpers(file.used), ""])
 
 
-def _passed(file: File, f: Emitted) -> list[str]:
+def _passed(file: straight.File, f: straight.Emitted) -> list[str]:
     return [f"{'' if p.scalar else '&'}{file.names.arguments[p.name]}" for p in f.function.ports]
 
 
-def _function(file: File, f: Emitted) -> list[str]:
+def _function(file: straight.File, f: straight.Emitted) -> list[str]:
     """The definition of a function; a long block is split into several functions and one that calls them in turn."""
     names, ports = file.names.arguments, f.function.ports
     given = [f"{names[p.name]}: {'f64' if p.scalar else f'&[f64; {len(p.symbols)}]'}" for p in ports]

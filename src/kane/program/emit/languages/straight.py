@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.expr.ops import GONE, OPS, Op
+from kane.program.emit import walk
 from kane.program.emit.identifiers import (
     ARITHMETIC,
     IsFree,
@@ -18,21 +19,11 @@ from kane.program.emit.identifiers import (
     local_names,
     made_by,
 )
-from kane.program.emit.walk import (
-    KEPT,
-    VECTORS,
-    Function,
-    NamedPrinter,
-    Style,
-    function_of,
-    hoisting,
-    pieces,
-    statements,
-)
+from kane.program.emit.walk import hoisting
 from kane.program.kernel import language
 from kane.program.program import Program
 
-WHOLE = Style(whole=float("inf"))
+WHOLE = walk.Style(whole=float("inf"))
 """Each routine in one piece, with separate operations for sines and cosines."""
 
 
@@ -66,7 +57,7 @@ class Language:
     all_wrapped: bool = False
 
 
-class StraightPrinter(NamedPrinter):
+class StraightPrinter(walk.NamedPrinter):
     """Prints the statements of one function; in a `listed` language `results` are those to return, each with its label."""
 
     def __init__(
@@ -104,7 +95,7 @@ class StraightPrinter(NamedPrinter):
             self.add(f"{self.spoken.store.format(self._at(s.base, s.offset), name)} {label}".rstrip())
 
     def _at(self, base: str, offset: object) -> str:
-        at = self.spoken.at_kept if base == KEPT and self.spoken.at_kept else self.spoken.at
+        at = self.spoken.at_kept if base == walk.KEPT and self.spoken.at_kept else self.spoken.at
         return at.format(self.vectors[base], int(str(offset)) + self.spoken.first)
 
 
@@ -117,7 +108,7 @@ class Emitted:
     listed language.
     """
 
-    function: Function
+    function: walk.Function
     name: str
     given: str
     hoisting: str
@@ -130,7 +121,7 @@ class Emitted:
     @property
     def target(self) -> str:
         """The name of the vector of results."""
-        return VECTORS[self.function.target]
+        return walk.VECTORS[self.function.target]
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -174,7 +165,7 @@ def file_of(
     own: Iterable[str] = (),
     depth: int = 1,
     whole: bool = False,
-    style: Style = WHOLE,
+    style: walk.Style = WHOLE,
     printer: type[StraightPrinter] = StraightPrinter,
 ) -> File:
     """The functions of a program; `own` are reserved names. With `whole`, each routine computes the hoisted values that it needs."""
@@ -188,19 +179,19 @@ def file_of(
         free,
     )
     names = local_names(program, lambda name: free(name) and name not in {prefix, *called})
-    wanted = [hoisting(program), *(function_of(program, r) for r in program.routines)]
+    wanted = [hoisting(program), *(walk.function_of(program, r) for r in program.routines)]
     if whole:
         wanted = [unhoisted(program, f) for f in wanted]
     given = [", ".join(names.arguments[port.name] for port in f.ports) for f in wanted]
     shapes, hoist = [(), *(r.shape for r in program.routines)], f"{called[0]}({given[0]})"
     written = []
     for f, name, own_given, shape in zip(wanted, called, given, shapes, strict=True):
-        found = pieces(program, f, style)
+        found = walk.pieces(program, f, style)
         numbers = range(len(program.inputs), program.first)
         parts, results, used = [], [], set[str]()
         for piece in found.chunks:
             own_lines = printer(spoken, names.of(f, spoken.number), names.arguments, numbers, depth)
-            own_lines.block(statements(program, f, piece, style))
+            own_lines.block(walk.statements(program, f, piece, style))
             parts.append(tuple(own_lines.lines))
             results += own_lines.results
             used |= own_lines.used
@@ -209,13 +200,13 @@ def file_of(
     return File(program, prefix, names, tuple(written))
 
 
-def unhoisted(program: Program, function: Function) -> Function:
+def unhoisted(program: Program, function: walk.Function) -> walk.Function:
     """The function with the hoisted instructions that it needs in its own block."""
     needed = {a for i in function.block for a in program.arguments(i)}.union(function.results)
     block = (*program.below(needed, False), *function.block)
     places = {i: place for i, place in function.places.items() if i < len(program.inputs)}
     block = tuple(dict.fromkeys(block))
-    return Function(
+    return walk.Function(
         function.name, function.ports, block, function.results, function.labels, (), function.target, places
     )
 
