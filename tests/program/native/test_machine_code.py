@@ -168,11 +168,12 @@ class TestObject:
         assert number(compile_text(SQUARE, target(), ["f"]), 3.0) == 9.0
 
     def test_what_a_long_text_goes_without_is_there_for_the_next(self, monkeypatch):
-        """Strength reduction of loops: LLVM knows it only as an option of the process."""
-        made = []
+        """LLVM knows what is left out only as options of the process."""
+        made, left_out = [], list(machine._LEFT_OUT.values())
         monkeypatch.setattr(machine, "object_code", lambda *given: made.append(object_code(*given)) or made[-1])
         for long in (10**9, 0, 10**9):
             monkeypatch.setattr(machine, "_LONG", long)
+            monkeypatch.setattr(machine, "_LEFT_OUT", {long + k: name for k, name in enumerate(left_out)})
             CompiledKernel(INTEGRATORS["rk4"].kernel(), Settings(cache=False))
         usual, brief, again = made
         assert len(brief) < len(usual)

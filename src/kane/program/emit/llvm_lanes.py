@@ -93,8 +93,12 @@ class LanesPrinter(LlvmPrinter):
         type_ = language.type_of(operand)
         if isinstance(operand, language.Immediate):
             return self.lanes.all(typed(type_), self.names[operand])
+        return self.splatted(self.names[operand], type_)
+
+    def splatted(self, value: str, type_: Type) -> str:
+        """A vector with one value in every lane."""
         name = self.new("all")
-        self.add(*lines("splat", name, [self.names[operand]], "", type_, Type(type_.kind, self.width)))
+        self.add(*lines("splat", name, [value], "", type_, Type(type_.kind, self.width)))
         return name
 
     def room(self, what: str, type_: str) -> str:
@@ -220,13 +224,13 @@ class LanesPrinter(LlvmPrinter):
         self.mask = outer
         self.add(f"br label %{after}")
 
-    def jump(self, mask: str, label: str, other: str) -> None:
-        """Adds a branch to `label` if any lane of the mask is set, else to `other`."""
+    def jump(self, mask: str, label: str, other: str, told: str = "") -> None:
+        """Adds a branch to `label` if any lane of the mask is set, else to `other`; `told` is its metadata."""
         bits, any_ = self.new("bits"), self.new("any")
         self.add(
             f"{bits} = bitcast {self.some} {mask} to i{self.width}",
             f"{any_} = icmp ne i{self.width} {bits}, 0",
-            f"br i1 {any_}, label %{label}, label %{other}",
+            f"br i1 {any_}, label %{label}, label %{other}{told}",
         )
 
     def choice(self, s: language.If) -> None:
@@ -272,22 +276,33 @@ class LanesPrinter(LlvmPrinter):
         if s.start not in self.varying and s.stop not in self.varying:
             super().count(s)
             return
-        before, head, body, last, end, more, on = self.labels("before", "head", "body", "last", "end", "next", "on")
+        before, body, last, end, more = self.labels("before", "body", "last", "end", "next")
         wide = s.counter in self.varying
         kind = self.wide_type(INT) if wide else "i64"
         index, one = self.names[s.counter], self.lanes.all("i64", 1) if wide else "1"
         start, stop = self.wide(s.start) if wide else self.names[s.start], self.wide(s.stop)
+        outer, room = self.mask, self.room("live", self.some)
+
+        def tested(index: str, told: str = "") -> None:
+            on = self.new("on")
+            self.add(f"{on} = icmp slt {self.wide_type(INT)} {index}, {stop}")
+            running = self.where(on)
+            self.add(f"store {self.some} {running}, ptr {room}")
+            self.jump(running, body, end, told)
+
         self.add(f"br label %{before}")
         self.labelled(before)
-        self.add(f"br label %{head}")
-        self.labelled(head)
+        tested(self.wide(s.start))
+        self.labelled(body)
         self.add(f"{index} = phi {kind} [ {start}, %{before} ], [ %{more}, %{last} ]")
-        self.add(f"%{on} = icmp slt {self.wide_type(INT)} {self.wide(s.counter)}, {stop}")
-        mask = self.where(f"%{on}")
-        self.jump(mask, body, end)
-        self.under(mask, body, s.body, last)
+        self.mask = self.new("running")
+        self.add(f"{self.mask} = load {self.some}, ptr {room}")
+        self.block(s.body)
+        self.mask = outer
+        self.add(f"br label %{last}")
         self.labelled(last)
-        self.add(f"%{more} = add {kind} {index}, {one}", f"br label %{head}{', !llvm.loop !0' * s.few}")
+        self.add(f"%{more} = add {kind} {index}, {one}")
+        tested(f"%{more}" if wide else self.splatted(f"%{more}", INT), ", !llvm.loop !0" * s.few)
         self.labelled(end)
 
     def largest(self, cell: language.Cell) -> list[str]:

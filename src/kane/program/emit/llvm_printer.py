@@ -513,22 +513,22 @@ class LlvmPrinter(Printer):
         self.labelled(end)
 
     def count(self, s: language.For) -> None:
-        """Adds a for loop."""
-        before, head, body, last, end, more, on = self.labels("before", "head", "body", "last", "end", "next", "on")
+        """Adds a for loop, whose end is tested before the first turn and after each: it is one block shorter a turn."""
+        before, body, last, end, more, on = self.labels("before", "body", "last", "end", "next", "on")
         index, start, stop = (self.names[x] for x in (s.counter, s.start, s.stop))
-        self.add(f"br label %{before}")
+        self.add(f"%{on}.0 = icmp slt i64 {start}, {stop}", f"br i1 %{on}.0, label %{before}, label %{end}")
         self.labelled(before)
-        self.add(f"br label %{head}")
-        self.labelled(head)
-        self.add(
-            f"{index} = phi i64 [ {start}, %{before} ], [ %{more}, %{last} ]",
-            f"%{on} = icmp slt i64 {index}, {stop}",
-            f"br i1 %{on}, label %{body}, label %{end}",
-        )
-        self.labelled(body, s.body)
+        self.add(f"br label %{body}")
+        self.labelled(body)
+        self.add(f"{index} = phi i64 [ {start}, %{before} ], [ %{more}, %{last} ]")
+        self.block(s.body)
         self.add(f"br label %{last}")
         self.labelled(last)
-        self.add(f"%{more} = add i64 {index}, 1", f"br label %{head}{', !llvm.loop !0' * s.few}")
+        self.add(
+            f"%{more} = add i64 {index}, 1",
+            f"%{on} = icmp slt i64 %{more}, {stop}",
+            f"br i1 %{on}, label %{body}, label %{end}{', !llvm.loop !0' * s.few}",
+        )
         self.labelled(end)
 
 

@@ -29,8 +29,10 @@ from kane.progress import collecting_seldom, working
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
 """On Linux the small code model: a module's constants are linked within reach of an offset; elsewhere their addresses are loaded."""
 _LONG = 200_000
-"""Length of a text from which on LLVM selects and schedules at level 1, without strength reduction of loops: twice as fast, and the
-code is as fast."""
+"""Length of a text from which on LLVM selects and schedules at level 1: twice as fast, and the code is as fast."""
+_LEFT_OUT = {_LONG: "disable-lsr", 600_000: "disable-machine-licm"}
+"""Options that leave a pass out of texts of this length or more: strength reduction of loops; constants before loops, which fill the
+registers of long kernels, so that their allocation takes twice the time and the code is no faster (that of short ones is, by 6 %)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,31 +278,30 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
                 module.verify()
                 machine = _machine(on, **_options(text))
                 _transform(llvm, machine, module, _IMPROVEMENTS if loops else _INLINING, int(loops))
-                with _brief(llvm, text):
+                with _shortened(llvm, text):
                     return bytes(machine.emit_object(module))
         except RuntimeError as error:
             raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
 
 
 @contextmanager
-def _brief(llvm: Any, text: str) -> Iterator[None]:
-    """No strength reduction of loops in a long text; an option of the process, which is reset before the lock is left."""
-    if len(text) <= _LONG:
-        yield
-        return
-    llvm.set_option("", "-disable-lsr=true")
+def _shortened(llvm: Any, text: str) -> Iterator[None]:
+    """Passes are left out of a long text, by options of the process, which are reset before the lock is left."""
+    names = [name for length, name in _LEFT_OUT.items() if len(text) > length]
     try:
+        for name in names:
+            llvm.set_option("", f"-{name}=true")
         yield
     finally:
-        llvm.set_option("", "-disable-lsr=false")
+        for name in names:
+            llvm.set_option("", f"-{name}=false")
 
 
 _INLINING = ["always_inliner"]
 """The LLVM pass for Programs, which inlines sine and cosine; others would find nothing to improve (docs/develop/decisions.md)."""
-_IMPROVEMENTS = ["sroa", "simplify_cfg", "new_gvn", "instruction_combine", "loop_simplify", "lcssa", "loop_rotate"]
-_IMPROVEMENTS += ["simplify_cfg", "instruction_combine"]
-"""LLVM passes for kernels, which do not change rounding: promotion of cells to registers, loop rotation; other passes of an
-optimization level gained nothing."""
+_IMPROVEMENTS = ["sroa", "simplify_cfg", "new_gvn", "instruction_combine", "loop_simplify", "simplify_cfg"]
+"""LLVM passes for kernels, which do not change rounding: promotion of cells to registers and what then is constant or equal; other
+passes of an optimization level gained nothing."""
 
 
 def _transform(llvm: Any, machine: Any, module: Any, names: Sequence[str], level: int) -> None:
