@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = Path(__file__).parents[1] / "requirements" / "visits.py"
 
 
+@pytest.mark.slow
 def test_a_pendulum_a_four_bar_and_an_event_visit_no_more_files_than_stated():
     found = subprocess.run([sys.executable, SCRIPT], capture_output=True, text=True, check=False)
     assert found.returncode == 0, found.stdout + found.stderr

@@ -602,6 +602,7 @@ def test_a_slider_crank_with_a_clearance_beside_a_second_route() -> None:
         assert sol[floor.normal_force].min() > -1e-9
 
 
+@pytest.mark.slow
 def test_a_slider_that_rebounds_where_its_gap_opened_without_speed() -> None:
     """Its corners hit a tolerance below the wall and leave from there: no impact is found twice, and the tolerance hardly matters."""
     times = []

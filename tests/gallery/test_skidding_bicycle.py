@@ -177,6 +177,7 @@ def test_a_leaning_bicycle_skids_until_it_falls() -> None:
         assert sol[c.normal_force].min() > 0
 
 
+@pytest.mark.slow
 def test_at_rest_with_both_brakes_forces_are_undetermined_and_one_brake_left_out_cures() -> None:
     """Four rows along the road and about the axles, three of them independent: tyres may pull against each other."""
     still = {"q": START["q"] | {"phi": 0.0}, "u": dict.fromkeys(START["u"], 0.0)}

@@ -88,6 +88,7 @@ def test_parameters_by_name_may_be_traced_and_have_axes(name, native):
     close(many, [compiled.rhs(0.0, x, p={first: v, last: 2.0}) for v in (0.9, 1.2)])
 
 
+@pytest.mark.slow
 def test_jax_maps_and_differentiates_twice():
     """∂(wᵀ J v)/∂x beside our own, and vmap beside a loop."""
     jax = jax64()

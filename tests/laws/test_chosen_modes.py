@@ -325,6 +325,7 @@ def test_motions_begin_in_the_modes_that_are_chosen(drawn: tuple[Plane, str], se
         np.testing.assert_allclose(u, wanted, rtol=0, atol=1e-7 * max(1.0, np.abs(wanted).max()))
 
 
+@pytest.mark.slow
 @pytest.mark.grows
 def test_the_modes_of_bodies_in_space() -> None:
     require("clarabel")

@@ -35,6 +35,7 @@ def test_simplest_walker_long_gait(walker):
     assert cycle.stable
 
 
+@pytest.mark.slow
 def test_simplest_walker_short_gait_by_continuation(walker):
     """From small steps, whose limit is known: θ* → 0.943976 γ^⅓, T → π (Garcia et al. 1998, sec. 4); digits by mpmath.odefun."""
     theta = 0.943976 * 1e-3 ** (1 / 3)
@@ -47,6 +48,7 @@ def test_simplest_walker_short_gait_by_continuation(walker):
     assert not cycle.stable
 
 
+@pytest.mark.slow
 def test_simplest_walker_doubles_its_period(walker):
     """The long gait is stable up to a slope of about 0.0151, where a multiplier passes −1 (Garcia et al. 1998, fig. 4)."""
     branch = kn.limit_cycle(walker, section="strike", **simplest_walker.START).follow("gamma", 0.016)

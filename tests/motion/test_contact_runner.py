@@ -203,6 +203,7 @@ def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law
     np.testing.assert_allclose(one.states[-1], other.states[-1], rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_foot_slips_as_that_of_another_body_for_an_instant() -> None:
     """Where the pin between them passes the floor, both feet have one row of W, and b tells that one slips on."""
     first, second = {"kinetic": 0.53, "static": 0.71, "restitution": 0.33}, {"kinetic": 0.16, "static": 0.16}

@@ -318,6 +318,7 @@ def test_loads_that_jump_are_refused():
 # Inputs -----------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_parameters_of_inputs_alone_have_the_values_that_are_given():
     """x = Re(A e^{iwt}/(k − w² + i c w)), by values of A and w that are not their defaults; along a branch too."""
     A, w, F = kn.parameter("A", 1.0), kn.parameter("w", 2.0), kn.input("F")

@@ -403,7 +403,9 @@ FORMS = {
 
 @pytest.mark.grows
 @pytest.mark.parametrize("method", ["gauss16", *(pytest.param(m, marks=pytest.mark.slow) for m in ("radau9", "tsit5"))])
-@pytest.mark.parametrize("form", [pytest.param(f, marks=[pytest.mark.slow] * (f == "differences")) for f in FORMS])
+@pytest.mark.parametrize(
+    "form", [pytest.param(f, marks=[pytest.mark.slow] * (f in ("differences", "switched"))) for f in FORMS]
+)
 def test_laws_that_differ_in_numbers_share_what_is_compiled(form, method, rng):
     """Of either sign: as many routines after the last law as after the first; and the motion of each is that of its own numbers."""
     eom = kn.derive(pendulum_on_cart.system(force=True))

@@ -218,6 +218,7 @@ def test_gltf(tmp_path):
     assert document["asset"]["version"] == "2.0"
 
 
+@pytest.mark.slow
 def test_pictures(tmp_path):
     """A first picture has the body's colour, and a moving one as many pictures as are played."""
     sol = motion("pendulum", 1.2)

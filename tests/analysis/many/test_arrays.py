@@ -131,6 +131,7 @@ def test_a_spatial_loop_with_a_row_that_follows_from_others():
         before = {f"q{i}": kn.guess(one.state[f"q{i}"]) for i in range(2, 6)}
 
 
+@pytest.mark.slow
 def test_a_trajectory_of_a_stewart_platform(platform):
     """The legs' lengths are the distances of their ends."""
     s = np.linspace(0, 2 * np.pi, 37)

@@ -77,6 +77,7 @@ def test_inputs_push_what_sticks_until_it_slips(tmp_path):
     one.freeInstance()
 
 
+@pytest.mark.slow
 def test_importers_with_event_mode_are_asked_where_modes_change(tmp_path):
     """A row before and after an impact, at its instant, which the log names; all other hosts step on."""
     eom, given = model("bouncing_ball")
@@ -96,6 +97,7 @@ def test_importers_with_event_mode_are_asked_where_modes_change(tmp_path):
     assert sum("floor: separated" in line for line in logged) == 2
 
 
+@pytest.mark.slow
 def test_they_are_for_co_simulation_alone(tmp_path):
     """Of model exchange neither the description nor the library knows anything; too many modes are refused."""
     eom, given = model("bouncing_ball")

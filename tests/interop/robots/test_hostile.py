@@ -236,7 +236,7 @@ def fuzz(read: object, texts: list[str], seconds: float, seed: int) -> int:
     return count
 
 
-SECONDS = {"1": 300, "rest": 20}.get(os.environ.get("KANE_FULL", ""), 2)
+SECONDS = {"1": 300, "rest": 20}.get(os.environ.get("KANE_FULL", ""), 1)
 
 
 @pytest.mark.grows

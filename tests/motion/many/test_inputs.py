@@ -190,6 +190,7 @@ def slider() -> kn.Equations:
     return kn.derive(system)
 
 
+@pytest.mark.slow
 def test_the_start_is_on_a_path_whose_parameters_differ(separate: list[Any]) -> None:
     """Its place at the start follows from the parameters of each instance, and of each call."""
     eom, path = slider(), {"r": KP * kn.cos(KD * kn.time)}

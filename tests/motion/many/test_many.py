@@ -436,6 +436,7 @@ def test_states_that_are_no_numbers():
     assert all("a number as the start value for z" in cause for cause in causes)
 
 
+@pytest.mark.slow
 def test_beams_bent_beyond_their_equations():
     """Where the kinetic energy would be negative there is no motion, of many as of one."""
     eom, bent = kn.derive(flexible_slider_crank.system()), np.linspace(0, 0.12, 66)

@@ -87,6 +87,7 @@ def test_only_what_is_missing_is_run(store, undisturbed):
     assert not part.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.grows
 @pytest.mark.skipif(sys.platform == "win32", reason="no kill -9")
 def test_killed_at_any_moment(tmp_path, undisturbed, rng):
