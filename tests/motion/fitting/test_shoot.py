@@ -310,3 +310,19 @@ def test_the_least_cost_without_conditions_from_unknowns_at_zero():
     (x,), (u,) = eom.coordinates, eom.speeds
     shot = kn.shoot(eom, (0, 1), [u], q=[0], u=[0], inputs={"F": 0}, cost=(x - 3) ** 2)
     np.testing.assert_allclose(shot.values[u], 3, rtol=1e-6)
+
+
+@pytest.mark.parametrize("effort", [False, True])
+@pytest.mark.parametrize("sine", [0.5, 0.0])
+def test_a_pendulum_swings_from_rest_up_to_rounding(effort, sine):
+    """At π, where the sine is 1e-16 and so is the speed along the motion without a torque: neither tells a size."""
+    N, theta, torque = kn.Frame("N"), kn.coordinate("theta"), kn.input("T")
+    O, A = kn.Point("O", fixed_in=N), N.rotate("A", theta, N.z)
+    loads = [kn.gravity(-9.81 * N.y), kn.loads.Torque(A, torque * N.z)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("bob", O.at("P", A.y), 1)], speeds="rates", loads=loads))
+    T = curve("T", np.linspace(0, 2, 11))
+    given = {"q": [np.pi], "u": [0], "inputs": {torque: T.expression}, "integral": torque**2 if effort else 0}
+    shot = kn.shoot(eom, (0, 2), T.nodes, end={kn.sin(theta): sine, eom.speeds[0]: 0}, **given)
+    assert "joined" in shot.message
+    assert shot.motion[kn.sin(theta)][-1] == pytest.approx(sine, abs=1e-8)
+    assert shot.motion[eom.speeds[0]][-1] == pytest.approx(0, abs=1e-7)

@@ -25,7 +25,6 @@ from kane.expr.symbols import Parameter, Symbol, time
 from kane.motion.derivatives.motion_derivatives import AdjointSensitivities, slopes_along
 from kane.motion.derivatives.parametric_motion import ParametricMotion, interval
 from kane.motion.derivatives.pulling import Integrand, Pulling
-from kane.motion.derivatives.tangent_space import sizes_of
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
 from kane.motion.solution.phases import Indices
@@ -241,10 +240,9 @@ class Flight:
 
     def left(self, motion: Solution) -> Array:
         """What the relative tolerance leaves of each condition (m) that is zero: a straight throw misses a plane by rounding alone."""
-        rtol, eom = self.course.map.tolerances[0], self.course.map.eom
-        sizes = rtol * sizes_of(eom, np.abs(motion.states).max(axis=0), 1.0)
+        sizes = self.course.map.tolerances[0] * self.course.sizes(motion.states, 1.0)
         slopes = np.array([slopes_along(motion, e, ())[-1] for e in self.aim.ends]).reshape(-1, len(sizes))
-        return np.nan_to_num(np.abs(slopes) @ sizes, posinf=0.0)
+        return np.asarray(np.nan_to_num(np.abs(slopes) @ sizes, posinf=0.0))
 
     def resize(self, rows: Array, slopes: Array) -> Array:
         """The factors by which the sizes of unknowns change for which nothing gave a size, all of a unit alike.
@@ -418,7 +416,7 @@ def _joined(
             factors = flight.resize(aim.sizes(np.vstack([steps.end(x[0])[0][1:], values])), slopes)
             steps, start = steps.resized(factors), start / factors
             z = start
-        found = least_cost(steps, z, x, limits, most, None if aim.costs else start)
+        found = least_cost(steps, z, x, limits, most, course.sizes, None if aim.costs else start)
         if found is None:
             return None
         z, x = np.clip(found.z, limits.low, limits.high), found.x
