@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.node import ZERO
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -80,7 +79,7 @@ def test_a_solid_without_extent_is_a_point(kind: str) -> None:
         with pytest.raises(kn.ModelError, match=r"sum of the radii of the frustum above zero, got 0"):
             solid(kind, **sizes)
     else:
-        assert all(solid(kind, **sizes).components(A)[i, j] is ZERO for i in range(3) for j in range(3))
+        assert str(solid(kind, **sizes)) == "0"
 
 
 @pytest.mark.parametrize("kind", [k for k, args in SOLIDS.items() if "axis" in args])
