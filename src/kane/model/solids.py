@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from kane import expect
 from kane.errors import ModelError
-from kane.expr.build import add, cos, div, mul, sin, sub, sum_of
+from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, pi
 from kane.model.constraints import check_unit, is_unit, length
 from kane.numeric.sampling import SIGN, not_negative, positive
@@ -109,21 +109,19 @@ class Limit(NamedTuple):
 
 
 def limits(kind: str, sizes: Mapping[str, Expr]) -> Iterator[Limit]:
-    """What the dimensions of a solid must satisfy; one of zero makes its flat or thin limit, but not all may be zero."""
+    """What the dimensions of a solid must satisfy; those of zero make its flat, thin or point limit, where moments have one."""
     for name, x in sizes.items():
-        yield Limit(x, name == "half_angle", f"the {name.replace('_', ' ')} of the {kind}")
-    wide = [x for name, x in sizes.items() if name != _NO_EXTENT.get(kind)]
-    if wide:
-        yield Limit(sum_of(wide), True, f"the size of the {kind}", "Give it an extent.")
+        what = f"dimension {name}" if len(name) == 1 else name.replace("_", " ")
+        yield Limit(x, name == "half_angle", f"the {what} of the {kind}")
+    if kind == "frustum":
+        yield Limit(
+            add(sizes["base"], sizes["top"]), True, "the sum of the radii of the frustum", "A thin one is a rod."
+        )
     if kind == "torus":
         rest = sub(sizes["radius"], sizes["tube"])
         yield Limit(rest, False, "the radius of the torus less that of its tube", "Its tube would overlap itself.")
     if "half_angle" in sizes:
         yield Limit(sub(pi, sizes["half_angle"]), False, f"π less the half angle of the {kind}", "Give it in rad.")
-
-
-_NO_EXTENT = {"frustum": "height", "circular sector": "half_angle", "circular arc": "half_angle"}
-"""Dimensions that alone do not make the moments defined, by kinds of solids."""
 
 
 def _sizes(kind: str, mass: Any, **sizes: Any) -> tuple[Expr, dict[str, Expr]]:

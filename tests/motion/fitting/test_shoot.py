@@ -289,3 +289,46 @@ def test_more_guesses_than_constraints_are_sought_once():
     assert shot.start.q[held] == pytest.approx(first.q[held], rel=1e-12)
     change = shot.values[a] - 1.0
     assert s[y][-1, 0] * change == pytest.approx(0.01, rel=abs(3 * change))
+
+
+@pytest.mark.parametrize("effort", [False, True])
+@pytest.mark.parametrize("across", [0.0, 0.3])
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_a_condition_that_is_zero_up_to_rounding_along_the_motion(effort, across, turn):
+    """A throw with drag against a mark in its vertical plane: the way across, y' cos a − x' sin a, has no size along the motion."""
+    N, (x, y, z) = kn.Frame("N"), kn.coordinates("x y z")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x + y * N.y + z * N.z)
+    loads = [kn.gravity(-9.81 * N.z), kn.loads.quadratic_drag(P, 0.1)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("ball", P, 1)], loads=loads, speeds="rates"))
+    cos, sin = float(np.cos(turn)), float(np.sin(turn))
+    end = {x * cos + y * sin: 3, y * cos - x * sin: 0, z: 0}
+    start = [2 * cos - across * sin, 2 * sin + across * cos, 1]
+    cost = sum(u**2 for u in eom.speeds) if effort else 0
+    shot = kn.shoot(eom, (0, 1), eom.speeds, end=end, q=[0, 0, 0], u=start, cost=cost)
+    along, aside, up = np.array([*shot.values.values()]) @ [[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]
+    np.testing.assert_allclose([along, up], [3.68017854553636, 5.34716330008126], rtol=1e-7)
+    assert abs(aside) < 1e-8
+
+
+def test_the_least_cost_without_conditions_from_unknowns_at_zero():
+    eom = pushed()
+    (x,), (u,) = eom.coordinates, eom.speeds
+    shot = kn.shoot(eom, (0, 1), [u], q=[0], u=[0], inputs={"F": 0}, cost=(x - 3) ** 2)
+    np.testing.assert_allclose(shot.values[u], 3, rtol=1e-6)
+
+
+@pytest.mark.parametrize("effort", [False, True])
+@pytest.mark.parametrize("sine", [0.5, 0.0])
+def test_a_pendulum_swings_from_rest_up_to_rounding(effort, sine):
+    """At π, where the sine is 1e-16 and so is the speed along the motion without a torque: neither tells a size."""
+    N, theta, torque = kn.Frame("N"), kn.coordinate("theta"), kn.input("T")
+    O, A = kn.Point("O", fixed_in=N), N.rotate("A", theta, N.z)
+    loads = [kn.gravity(-9.81 * N.y), kn.loads.Torque(A, torque * N.z)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("bob", O.at("P", A.y), 1)], speeds="rates", loads=loads))
+    T = curve("T", np.linspace(0, 2, 11))
+    given = {"q": [np.pi], "u": [0], "inputs": {torque: T.expression}, "integral": torque**2 if effort else 0}
+    shot = kn.shoot(eom, (0, 2), T.nodes, end={kn.sin(theta): sine, eom.speeds[0]: 0}, **given)
+    assert "joined" in shot.message
+    assert shot.motion[kn.sin(theta)][-1] == pytest.approx(sine, abs=1e-8)
+    assert shot.motion[eom.speeds[0]][-1] == pytest.approx(0, abs=1e-7)

@@ -20,7 +20,7 @@ from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.adjoint import Adjoint, Seeds
 from kane.motion.derivatives.motion_derivatives import AdjointSensitivities, Sensitivities
 from kane.motion.derivatives.return_map import ReturnMap
-from kane.motion.derivatives.tangent_space import Side, allowed, basis_of, flow_of
+from kane.motion.derivatives.tangent_space import Side, allowed, basis_of, flow_of, sizes_of
 from kane.motion.derivatives.variation import Differential
 from kane.motion.right_hand_side import routines
 from kane.motion.solution.phases import Phase
@@ -28,7 +28,7 @@ from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, check_tolerance
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import named_values, symbols_named
-from kane.numeric.scale import SAME_TIME, SIX_DIGITS
+from kane.numeric.scale import ROUNDED, SAME_TIME, SIX_DIGITS
 from kane.program.native.machine import Settings
 
 _STARTS = ("q", "u", "states")
@@ -191,6 +191,15 @@ class ParametricMotion:
         p, usual = np.array([constants[s] for s in eom.parameters]), {s: v for s, v in constants.items() if s in own}
         now = routines(eom, p, tuple(drives[s] for s in eom.inputs), self.map.settings)
         return Side(now, Phase(usual, drives), self.map.t0, x)
+
+    def sizes(self, states: Array, share: float) -> Array:
+        """Sizes of the states (n) from some (k × n); of those that are zero up to rounding, by the energy of others at the start."""
+        own = sizes_of(self.map.eom, np.abs(states).max(axis=0), share)
+        return np.where(own > ROUNDED * self._first_sizes, own, self._first_sizes)
+
+    @cached_property
+    def _first_sizes(self) -> Array:
+        return self.map.sizes(self.start, self.map.known(self.parameters))
 
     def start_slopes(self, x: Array) -> Array:
         """∂x/∂b of the initial state x (n × b)."""

@@ -175,9 +175,9 @@ class ReturnMap:
             return 0.0, 1.0
         h = float(evaluate(quantity, values)) - self.section.threshold
         slopes = evaluate(weighted([quantity], [ONE], self.eom.state), values)
-        return h, float(np.abs(slopes) @ self._sizes(x, constants)) if h else 1.0
+        return h, float(np.abs(slopes) @ self.sizes(x, constants)) if h else 1.0
 
-    def _sizes(self, x: Array, constants: Mapping[Expr, float]) -> Array:
+    def sizes(self, x: Array, constants: Mapping[Expr, float]) -> Array:
         """Changes of q and u at the energy of the largest one, each at least as large as itself; a further state is its own size."""
         eom, inputs = self.eom, self.inputs_at_start(constants)
         p, r = (

@@ -10,6 +10,7 @@ of H are replaced by their magnitudes; the remaining least-distance problem is s
 1974, ch. 23).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -18,7 +19,6 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
-from kane.motion.derivatives.tangent_space import sizes_of
 from kane.motion.fitting.lifted import StepEnds, Steps
 from kane.numeric.arrays import Array, by_substitution
 from kane.progress import far
@@ -27,6 +27,8 @@ _LEAST = 1e-8
 """Least eigenvalue, relative to the largest."""
 _FLAT = 1e-6
 """If all eigenvalues are below this fraction of the gradient, they are replaced by it: the program is linear, solved by bounds."""
+SizesOf = Callable[[Array, float], Array]
+"""The sizes of states (n) from some (k × n), each at least a share of the largest of its kind."""
 _NONE, _TINY = 1e-10, 1e-300
 """Residual at which rows contradict each other; least size of a row or condition."""
 
@@ -141,13 +143,15 @@ class _Here:
     def merit(self, limits: Limits, size: _MeritSizes, mu: float) -> float:
         return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * self.off(limits, size)
 
-    def sizes(self, steps: Steps, x: Array, limits: Limits) -> _MeritSizes:
+    def sizes(self, sizes_of: SizesOf, x: Array, limits: Limits) -> _MeritSizes:
         """Sizes along the motion: of states per unit, of conditions those of their terms and bounds."""
-        own = sizes_of(steps.now.eom, np.abs(np.vstack([x, self.flow.x])).max(axis=0), _SMALL)
+        own = sizes_of(np.vstack([x, self.flow.x]), _SMALL)
         return _MeritSizes(own, np.maximum(np.abs(self.end_slopes[1:]) @ own, limits.wide) + _TINY)
 
 
-def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> CostMinimum | None:
+def least_cost(
+    steps: Steps, z: Array, x: Array, limits: Limits, most: int, sizes_of: SizesOf, near: Array | None
+) -> CostMinimum | None:
     """The minimum from z and states x (m + 1 × n) on, with the first state fixed; None if none is found.
 
     With `near`, ½ |z − near|² is added to the cost.
@@ -155,7 +159,7 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
     weights, mu, close = np.zeros(len(limits.least)), 0.0, False
     here = _at(steps, z, x, near)
     for count in range(1, most + 1):
-        size = here.sizes(steps, x, limits)
+        size = here.sizes(sizes_of, x, limits)
         far(partial("{} steps".format, count))
         (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size.x, close)
         if near is not None:

@@ -22,7 +22,7 @@ from kane.errors import Attributes, KaneError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
-from kane.motion.derivatives.motion_derivatives import AdjointSensitivities
+from kane.motion.derivatives.motion_derivatives import AdjointSensitivities, slopes_along
 from kane.motion.derivatives.parametric_motion import ParametricMotion, interval
 from kane.motion.derivatives.pulling import Integrand, Pulling
 from kane.motion.fitting.least_cost import Limits, least_cost
@@ -140,9 +140,9 @@ class Aim:
         ends = np.abs(np.vstack([values, self.low, self.high]))
         return np.asarray(np.where(np.isfinite(ends), ends, 0.0).max(axis=0))
 
-    def missed(self, values: Array) -> Array:
-        """The violation of each condition at the end of a motion (k × m), relative to its size along it."""
-        off = np.maximum(np.maximum(self.low - values[-1], values[-1] - self.high), 0.0)
+    def missed(self, values: Array, left: Array) -> Array:
+        """The violation beyond what is `left` (m) of each condition at the end of a motion (k × m), relative to its size along it."""
+        off = np.maximum(np.maximum(self.low - values[-1], values[-1] - self.high) - left, 0.0)
         return np.asarray(off / np.maximum(self.sizes(values), _TINY))
 
     @property
@@ -233,10 +233,16 @@ class Flight:
         cost, by_cost = (float(values[m]), slopes[m]) if aim.costs else (0.0, np.zeros(len(self.sizes)))
         return values[:m], slopes[:m], cost, by_cost
 
-    def conditions(self, z: Array) -> Array:
-        """The conditions along the motion (k × m)."""
+    def conditions(self, z: Array) -> tuple[Array, Array]:
+        """The conditions along the motion (k × m), and what is `left` of each (m)."""
         motion = self.motion(z, _SAMPLES)
-        return self.aim.along(motion)
+        return self.aim.along(motion), self.left(motion)
+
+    def left(self, motion: Solution) -> Array:
+        """What the relative tolerance leaves of each condition (m) that is zero: a straight throw misses a plane by rounding alone."""
+        sizes = self.course.map.tolerances[0] * self.course.sizes(motion.states, 1.0)
+        slopes = np.array([slopes_along(motion, e, ())[-1] for e in self.aim.ends]).reshape(-1, len(sizes))
+        return np.asarray(np.nan_to_num(np.abs(slopes) @ sizes, posinf=0.0))
 
     def resize(self, rows: Array, slopes: Array) -> Array:
         """The factors by which the sizes of unknowns change for which nothing gave a size, all of a unit alike.
@@ -244,7 +250,8 @@ class Flight:
         Afterwards such an unknown, by its size, changes a condition by its own size `rows` (m), or none by more; `slopes` (m × k).
         """
         with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where((rows[:, None] > 0) & (slopes != 0), rows[:, None] / np.abs(slopes), np.inf).min(axis=0)
+            reach = np.where((rows[:, None] > 0) & (slopes != 0), rows[:, None] / np.abs(slopes), np.inf)
+        reach = reach.min(axis=0, initial=np.inf)
         units = [s.unit if open_ else None for s, open_ in zip(self.course.by, self.unsized, strict=True)]
         least = {u: min(r for r, v in zip(reach.tolist(), units, strict=True) if v == u) for u in units}
         factors = np.array([1.0 if u is None or not np.isfinite(least[u]) else least[u] for u in units])
@@ -288,7 +295,8 @@ def shoot(
     panels : number of segments in multiple shooting (see Notes) and in the quadrature; divided further at breakpoints of inputs
     bounds : {unknown: (low, high)}, None for no bound
     rtol, atol : tolerances of the motions
-    tolerance : admissible residual of the conditions, each relative to its largest magnitude along the motion
+    tolerance : admissible residual of the conditions, each relative to its largest magnitude along the motion; what `rtol` leaves of a
+        condition, by the states that it depends on, counts as zero
     max_steps : largest number of steps of the optimizer
     q, u, states, parameters, inputs : initial guess, as for `kn.simulate`
 
@@ -326,7 +334,8 @@ def shoot(
         if found is not None:
             return _shot(flight, *found, tolerance, aim.value)
         z, message = first / flight.sizes, ""
-        rows = aim.sizes(flight.conditions(z))
+        along, left = flight.conditions(z)
+        rows = np.where(aim.sizes(along) > left, aim.sizes(along), 0.0)
         if flight.unsized.any():
             flight.resize(rows, flight.slopes(z).by_ends)
         rows = np.where(rows > 0, rows, np.abs(flight.slopes(z).by_ends).max(axis=1, initial=0))
@@ -407,13 +416,13 @@ def _joined(
             factors = flight.resize(aim.sizes(np.vstack([steps.end(x[0])[0][1:], values])), slopes)
             steps, start = steps.resized(factors), start / factors
             z = start
-        found = least_cost(steps, z, x, limits, most, None if aim.costs else start)
+        found = least_cost(steps, z, x, limits, most, course.sizes, None if aim.costs else start)
         if found is None:
             return None
         z, x = np.clip(found.z, limits.low, limits.high), found.x
         flight.steps += found.rounds
-        values = flight.conditions(z)
-        if aim.missed(values).max(initial=0.0) <= tolerance / 2:
+        values, left = flight.conditions(z)
+        if aim.missed(values, left).max(initial=0.0) <= tolerance / 2:
             return z, f"a minimum with {len(steps.h)} joined motions"
         shift = values[-1] - steps.end(x[-1])[0][1:]
         if (np.abs(shift) > _COARSE * aim.sizes(values)).any():
@@ -495,7 +504,7 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float, cost: Callab
     aim, course = flight.aim, flight.at(z)
     at = flight.motion(z, np.unique(np.append(aim.times, np.linspace(course.map.t0, course.end, _SAMPLES))))
     along = aim.along(at)
-    values, missed = along[-1], aim.missed(along)
+    values, missed = along[-1], aim.missed(along, flight.left(at))
     off = np.maximum(np.maximum(aim.low - values, values - aim.high), 0)
     if not missed.max(initial=0.0) <= 10 * tolerance:
         k = int(np.argmax(missed))
