@@ -118,8 +118,8 @@ class MissingAttributeError(KaneError, AttributeError):
         owner = f"{type(thing).__name__} {label if isinstance(label, str) else ''}".rstrip()
         listed = vars(thing).get("__all__") if isinstance(thing, ModuleType) else None  # or what it imports counts
         known = [n for n in listed or dir(thing) if not n.startswith("_")]
-        more = getattr(vars(thing).get("__getattr__"), "places", ()) if listed else ()  # of families, too
-        what = elsewhere(thing, name) or alike(name, dict.fromkeys([*known, *more])) or f" It has {cut(', '.join(known), 400)}."
+        every = [*known, *(getattr(vars(thing).get("__getattr__"), "places", ()) if listed else ())]  # of families, too
+        what = elsewhere(thing, name) or alike(name, dict.fromkeys(every)) or f" It has {cut(', '.join(known), 400)}."
         return f"Expected an attribute of {owner}, got {name!r}.{what}"
 
 
