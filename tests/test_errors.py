@@ -91,6 +91,21 @@ def test_names_of_other_tools_lead_to_functions():
             _ = place.revolute
 
 
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("Spring", "linear_spring"),  # as another tool calls it, but for capitals
+        ("Revolute", "pin"),
+        ("Capstan", "capstan"),  # of a family
+        ("cone", "solid_cone"),  # one of several words
+        ("Plate", "rectangular_plate or triangular_plate"),
+    ],
+)
+def test_a_name_that_is_part_of_a_public_one_leads_to_it(name, meant):
+    with pytest.raises(kn.MissingAttributeError, match=rf"got '{name}'\. Did you mean {meant}\?$"):
+        getattr(kn, name)
+
+
 def test_an_entry_goes_before_another_name():
     frame, x, v = kn.Frame("N"), kn.coordinate("x", "m"), kn.speed("v", "m/s")
     bob = kn.Particle("P", kn.Point("O", fixed_in=frame).at("P", x * frame.x), 1.0)

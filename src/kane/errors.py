@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 
 def alike(word: str, known: Iterable[str]) -> str:
-    """“ Did you mean …?” where some name resembles the word, or is the word but for capitals."""
-    names = list(known)
-    same = [name for name in names if name.lower() == word.lower()]
-    close = same or difflib.get_close_matches(word, names, cutoff=0.5)
+    """“ Did you mean …?” where a name is the word but for capitals, or else has it among its own words, or else resembles it."""
+    names, lower = list(known), word.lower()
+    same = [name for name in names if name.lower() == lower]
+    part = [name for name in names if lower in name.lower().split("_")]
+    close = same or part[:4] or difflib.get_close_matches(word, names, cutoff=0.5)
     return f" Did you mean {' or '.join(close)}?" if close else ""
 
 
@@ -117,7 +118,8 @@ class MissingAttributeError(KaneError, AttributeError):
         owner = f"{type(thing).__name__} {label if isinstance(label, str) else ''}".rstrip()
         listed = vars(thing).get("__all__") if isinstance(thing, ModuleType) else None  # or what it imports counts
         known = [n for n in listed or dir(thing) if not n.startswith("_")]
-        what = elsewhere(thing, name) or alike(name, known) or f" It has {cut(', '.join(known), 400)}."
+        every = [*known, *(getattr(vars(thing).get("__getattr__"), "places", ()) if listed else ())]  # of families, too
+        what = elsewhere(thing, name) or alike(name, dict.fromkeys(every)) or f" It has {cut(', '.join(known), 400)}."
         return f"Expected an attribute of {owner}, got {name!r}.{what}"
 
 
@@ -142,7 +144,7 @@ def elsewhere(thing: Any, name: str) -> str:
 
 def _called(thing: Any, name: str) -> list[str]:
     """What is called so elsewhere, by its own name."""
-    return [own for own, others in getattr(thing, "_other_names", {}).items() if name in others.split()]
+    return [own for own, others in getattr(thing, "_other_names", {}).items() if name.lower() in others.lower().split()]
 
 
 class Attributes:
