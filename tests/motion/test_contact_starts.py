@@ -133,8 +133,9 @@ def test_a_slip_in_space_ends_late(simulate: Any, late: float) -> None:
     np.testing.assert_allclose(sol.states[-1], early.states[-1], rtol=0, atol=40 * np.spacing(late) + 1e-9)
 
 
-@pytest.mark.parametrize("late", [1e5, 1e6, 1e7])
-@pytest.mark.parametrize("law", ["stronge", "moreau"])
+@pytest.mark.parametrize(  # at 1e7 the last rebounds by Stronge's law are within the rounding of sin ω t
+    ("law", "late"), [(law, late) for law in ("stronge", "moreau") for late in (1e5, 1e6, 1e7)[: 2 + (law == "moreau")]]
+)
 def test_a_plate_falls_on_a_shaken_floor_late(law: str, late: float) -> None:
     """Its rebounds end, and by Moreau's law both corners hit at once and it does not turn, though sin ω t is known to ω t ε alone."""
     corners = [Touch(0, (x, -0.3), kinetic=0.3, static=0.3, restitution=0.5) for x in (0.4, -0.4)]
