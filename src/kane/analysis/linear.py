@@ -195,24 +195,29 @@ class Linear(Attributes):
         m = (m + m.T) / 2
         inverse = back @ m
         g, turn = self.A[np.ix_(q, q)], h @ self.A[u, u]
-        self._check_closed(q, h, turn @ (np.eye(len(self.mass)) - inverse @ h))
+        one = np.eye(len(self.mass))
+        self._check_closed(q, h, turn @ (one - inverse @ h), np.abs(turn) @ (one + np.abs(inverse) @ np.abs(h)))
         if np.abs(self.B[q]).max(initial=0) > 0:
             raise SimulationError("Expected rates of coordinates that depend on no input, got others. Use A and B.")
         damping, stiffness = g + turn @ inverse, h @ self.A[u, q] - turn @ inverse @ g
         names = tuple(self.states[i] for i in q)
         return SecondOrder(names, self.inputs, m, -m @ damping, -m @ stiffness, m @ h @ self.B[u])
 
-    def _check_closed(self, q: Sequence[int], h: Array, hidden: Array) -> None:
-        """Raise SimulationError if q̇ or q̈ depend on other coordinates, or q̈ on speeds in a way that does not follow from q̇."""
+    def _check_closed(self, q: Sequence[int], h: Array, hidden: Array, terms: Array) -> None:
+        """Raise SimulationError if q̇ or q̈ depend on other coordinates, or q̈ on speeds in a way, `hidden`, that q̇ does not tell.
+
+        `terms` are the absolute values of which `hidden` is the difference.
+        """
         count = len(self.coordinates)
         rest = [j for j in range(count) if j not in q]
         own = self.scale[q][:, None]
         rates, changes = self.A[q] * self.scale / own, h @ self.A[count:] * self.scale / own
-        most, hidden = np.abs(h) @ np.abs(self.A[count:]) * self.scale / own, hidden * self.scale[count:] / own
+        most = np.abs(h) @ np.abs(self.A[count:]) * self.scale / own
+        hidden, terms = hidden * self.scale[count:] / own, np.hstack([most, terms * self.scale[count:] / own])
         tied = np.vstack([_links(rates)[:, rest], _links(changes, most)[:, rest]])
         pairs = [
             *((i % len(q), self.states[rest[j]]) for i, j in np.argwhere(tied)),
-            *((i, "speeds that are not rates of these") for i, _ in np.argwhere(_links(hidden, most))),
+            *((i, "speeds that are not rates of these") for i, _ in np.argwhere(_links(hidden, terms))),
         ]
         if pairs:
             i, other = pairs[0]
