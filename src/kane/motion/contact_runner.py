@@ -135,6 +135,7 @@ class ContactRunner:
         self.controllers = controllers(tuple(self.inputs.values()))
         most = room_for(breakpoints)
         self.stops: Given = {"breakpoints": most, "pauses": np.append(np.full(3 * most, -np.inf), 0.0)}
+        self.breakpoints: tuple[float, ...] = ()
         self.stop_at(breakpoints)
         self.hooks = Hooks(self.s, self.y)
         self.control = self.hooks.add(self._control)
@@ -171,6 +172,8 @@ class ContactRunner:
 
     def stop_at(self, breakpoints: tuple[float, ...]) -> None:
         """Sets the breakpoints of the next motions, with the same `room_for` them; the table of pauses ends with theirs."""
+        if breakpoints == self.breakpoints:
+            return
         self.breakpoints = breakpoints
         own, table = self.stops["pauses"][:-1], pauses(breakpoints, self.span, self.controllers)
         own[:] = -np.inf

@@ -112,13 +112,14 @@ class ReturnMap:
         own = parameter_values(self.eom.system, parameters)
         return {**own, **{s: v for s, v in given_parameters(parameters).items() if s not in own}}
 
-    def span(self, parameters: Mapping[Any, float] | None) -> tuple[float, float]:
-        """The longest time span of a motion with given parameter values."""
-        return self.t0, self.t0 + self.length(self.known(parameters))
+    def span(self, known: Mapping[Expr, float]) -> tuple[float, float]:
+        """The longest time span of a motion with given values of all parameters."""
+        return self.t0, self.t0 + self.length(known)
 
     def drives(self, parameters: Mapping[Any, float] | None) -> dict[Expr, Function]:
         """The inputs of a motion as functions, with given parameter values."""
-        return input_functions(self.eom, self.inputs, self.span(parameters), self.known(parameters))
+        known = self.known(parameters)
+        return input_functions(self.eom, self.inputs, self.span(known), known)
 
     def __call__(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
         """The motion that starts at x.
@@ -129,17 +130,18 @@ class ReturnMap:
             if the section is not reached, or the motion ends before
         """
         motion = self.motion(x, parameters, samples)
-        self._check_end(motion, self.span(parameters))
+        self._check_end(motion, self.span(self.known(parameters)))
         return motion
 
     def motion(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
         """The same without the check of its end; `parameters` may include those that occur only in inputs."""
-        eom, constants, span = self.eom, parameter_values(self.eom.system, parameters), self.span(parameters)
+        eom, constants, known = self.eom, parameter_values(self.eom.system, parameters), self.known(parameters)
+        span = self.span(known)
         check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
-        drives = self.drives(parameters)
+        drives = input_functions(eom, self.inputs, span, known)
         bounds = {name: self.further.get(name) for name in ("max_steps", "max_seconds", "first_step")}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        fresh, beside = self._fresh(x, self.known(parameters))
+        fresh, beside = self._fresh(x, known)
         first = Begin(q, u, None, a, fresh=fresh, beyond=beside)
         result: Solution = run_over_time(eom)(
             eom, span, first, (constants, drives), self.options, bounds, sample_times(samples, span)
